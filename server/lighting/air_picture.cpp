@@ -6,7 +6,6 @@
 
 #include "server/lighting/kernels.h"
 #include "server/lighting/layers.h"
-#include "shaders/shared/layouts.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/lighting/air_picture.cpp"
@@ -188,6 +187,13 @@ void between_row(const GBuffer& s, const AirView& view, BorderedPoints& points, 
     (s.depth.data() + static_cast<std::size_t>(y) * s.row_length + first, s.rays.near_m, around, end - first, out);
 }
 
+void airlight_of_all(const AirlightSource& source, const AirRays& rays, unsigned samples, std::size_t chunk, float* out,
+                     Pool& pool) {
+    pool.run_chunks(rays.size() / kSimdWidth, chunk, [&](std::size_t first, std::size_t size) {
+        airlight(source, rays, first * kSimdWidth, size * kSimdWidth, samples, out + first * kSimdWidth);
+    });
+}
+
 // Where a luminaire is in the picture, pixels; none behind the eye or beside it.
 std::optional<glm::vec2> place_of(const GBuffer& s, const glm::vec3& light) {
     const glm::vec3 at = glm::inverse(glm::mat3(s.rays.right, s.rays.up, s.rays.corner)) * (light - s.rays.eye);
@@ -200,10 +206,48 @@ std::optional<glm::vec2> place_of(const GBuffer& s, const glm::vec3& light) {
     return shown ? std::optional(place) : std::nullopt;
 }
 
+// Result: the means of the airlight over the pixels of a square about the luminaire, which is at `place`.
+std::vector<float> means_near(const GBuffer& s, const AirView& view, const AirlightSource& source, unsigned samples,
+                              const NearAir& near, const glm::vec2& place, Pool& pool) {
+    struct Pixel {
+        int x, y, side;  // so many rays a side: about the luminaire its web is seen from all around
+    };
+    std::vector<Pixel> pixels;
+    std::size_t count = 0;
+    for (int y = near.y; y < near.y + near.height; ++y)
+        for (int x = near.x; x < near.x + near.width; ++x) {
+            const glm::vec2 off = glm::abs(glm::vec2(x, y) - place);
+            const float most = std::max(off.x, off.y);
+            const int side = most < 2.5f ? 4 : most < 5.5f ? 2 : 1;
+            pixels.push_back({x, y, side});
+            count += static_cast<std::size_t>(side * side);
+        }
+    AirRays rays;
+    rays.resize(count);
+    const float wide_rad = pixel_rad(s);
+    count = 0;
+    for (const auto& [x, y, side] : pixels)
+        for (int k = 0; k < side * side; ++k) {
+            const glm::vec2 off = (glm::vec2(k % side, k / side) + 0.5f) / static_cast<float>(side) - 0.5f;
+            set_ray(s, x, y, off, view.far_m, shift_at(x + k % side, y + k / side), wide_rad / static_cast<float>(side),
+                    count++, rays);
+        }
+    std::vector<float> found(rays.size()), means;
+    airlight_of_all(source, rays, samples, 16, found.data(), pool);
+    count = 0;
+    for (const Pixel& pixel : pixels) {
+        const int own = pixel.side * pixel.side;
+        float sum = 0.0f;
+        for (int k = 0; k < own; ++k) sum += found[count++];
+        means.push_back(sum / static_cast<float>(own));
+    }
+    return means;
+}
+
 void find_near(const GBuffer& s, const AirView& view, const AirlightSource& source, unsigned samples, Beam& beam,
                Pool& pool) {
     NearAir& near = beam.near;
-    near.width = 0, near.most = 0.0f;
+    near.width = near.height = 0, near.most = 0.0f;
     const auto place = place_of(s, source.light.position);
     if (!place) return;
     const glm::ivec2 middle(glm::floor(*place + 0.5f)),
@@ -211,39 +255,8 @@ void find_near(const GBuffer& s, const AirView& view, const AirlightSource& sour
         high = glm::min(middle + NearAir::kHalf_px, glm::ivec2(s.width, s.height));
     if (low.x >= high.x || low.y >= high.y) return;
     near.x = low.x, near.y = low.y, near.width = high.x - low.x, near.height = high.y - low.y;
+    near.values = means_near(s, view, source, samples, near, *place, pool);
     const auto width = static_cast<std::size_t>(near.width), height = static_cast<std::size_t>(near.height);
-    // So many rays a side of each pixel: about the luminaire its web is seen from all around.
-    const auto rays_a_side = [&](int x, int y) {
-        const glm::vec2 off = glm::abs(glm::vec2(x, y) - *place);
-        const float most = std::max(off.x, off.y);
-        return most < 2.5f ? 4 : most < 5.5f ? 2 : 1;
-    };
-    AirRays rays;
-    std::size_t count = 0;
-    for (int y = low.y; y < high.y; ++y)
-        for (int x = low.x; x < high.x; ++x) count += static_cast<std::size_t>(rays_a_side(x, y) * rays_a_side(x, y));
-    rays.resize(count);
-    const float wide_rad = pixel_rad(s);
-    count = 0;
-    for (int y = low.y; y < high.y; ++y)
-        for (int x = low.x; x < high.x; ++x)
-            for (int side = rays_a_side(x, y), k = 0; k < side * side; ++k) {
-                const glm::vec2 off = (glm::vec2(k % side, k / side) + 0.5f) / static_cast<float>(side) - 0.5f;
-                set_ray(s, x, y, off, view.far_m, shift_at(x + k % side, y + k / side),
-                        wide_rad / static_cast<float>(side), count++, rays);
-            }
-    std::vector<float> found(rays.size());
-    pool.run_chunks(rays.size() / kSimdWidth, 16, [&](std::size_t first, std::size_t size) {
-        airlight(source, rays, first * kSimdWidth, size * kSimdWidth, samples, found.data() + first * kSimdWidth);
-    });
-    near.values.resize(width * height);
-    count = 0;
-    for (std::size_t i = 0; i < near.values.size(); ++i) {
-        const int side = rays_a_side(low.x + static_cast<int>(i % width), low.y + static_cast<int>(i / width));
-        float sum = 0.0f;
-        for (int k = 0; k < side * side; ++k) sum += found[count++];
-        near.values[i] = sum / static_cast<float>(side * side);
-    }
     // What comes to each of the view's rays.
     const bool grid = view.step > 1;
     BorderedPoints points;
@@ -274,7 +287,7 @@ void find_near(const GBuffer& s, const AirView& view, const AirlightSource& sour
 
 // rows: rgb of a row of pixels.
 void add_near(const NearAir& near, const glm::vec3& weight, int y, float* const* rows) {
-    if (y < near.y || y >= near.y + near.height || near.width == 0) return;
+    if (y < near.y || y >= near.y + near.height) return;
     const auto width = static_cast<std::size_t>(near.width);
     const float* const values = near.values.data() + static_cast<std::size_t>(y - near.y) * width;
     for (int k = 0; k < 3; ++k)
@@ -301,10 +314,7 @@ void look_into_air(const GBuffer& s, int step, float far_m, AirView& view, Pool&
 void beam_of(const GBuffer& s, const AirView& view, const AirlightSource& source, unsigned samples, Beam& out,
              Pool& pool) {
     out.rays.resize(view.rays.size());
-    pool.run_chunks(view.rays.size() / kSimdWidth, 32, [&](std::size_t first, std::size_t size) {
-        airlight(source, view.rays, first * kSimdWidth, size * kSimdWidth, samples,
-                 out.rays.data() + first * kSimdWidth);
-    });
+    airlight_of_all(source, view.rays, samples, 32, out.rays.data(), pool);
     find_near(s, view, source, samples, out, pool);
 }
 
@@ -315,11 +325,10 @@ void show_air(const GBuffer& s, const Air& air, const AirView& view, const AirLi
     pool.run(3, [&](int k) {
         for (const float value : light.planes[static_cast<std::size_t>(k)]) most[k] = std::max(most[k], value);
     });
-    float greatest = std::max({most[0], most[1], most[2]}), nearest = 0.0f;
+    float nearest = 0.0f;
     for (const AirLight::Near& near : light.near)
-        if (near.air->width > 0)
-            nearest = std::max(nearest, near.air->most * std::max({near.weight.x, near.weight.y, near.weight.z}));
-    greatest += nearest;
+        nearest = std::max(nearest, near.air->most * std::max({near.weight.x, near.weight.y, near.weight.z}));
+    const float greatest = std::max({most[0], most[1], most[2]}) + nearest;
     picture.unit = std::isfinite(greatest) && greatest > 0.0f ? greatest / kGreatest : 1.0f;
     const bool keeps = picture.halves.size() == 4 * s.depth.size() && picture.passes_of == passes_of;
     picture.halves.resize(4 * s.depth.size());

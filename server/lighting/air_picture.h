@@ -26,7 +26,7 @@ void look_into_air(const GBuffer& gbuffer, int step, float far_m, AirView& view,
 // row, that fades to 0 at its edge. Units: the airlight's.
 struct NearAir {
     static constexpr int kHalf_px = 16;
-    int x = 0, y = 0, width = 0, height = 0;  // 0 wide: it is not in the picture
+    int x = 0, y = 0, width = 0, height = 0;  // 0: it is not in the picture
     std::vector<float> values;
     float most = 0.0f;  // of them
 };

@@ -5,7 +5,6 @@
 #include <limits>
 #include <numbers>
 
-#include "server/lighting/layers.h"
 #include "shaders/shared/layouts.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -22,8 +21,6 @@ namespace HWY_NAMESPACE {
 
 #include "server/lighting/simd.h"
 #include "server/lighting/simd_air.h"
-#include "server/lighting/simd_layers.h"
-#include "server/lighting/simd_pixels.h"
 #include "server/lighting/simd_web.h"
 
 // Of a ray, from begin to end, m.

@@ -28,9 +28,11 @@ float beyond(const PassContext& context) {
 // Along the view's rays and near the luminaire, cd/m² per candela of peak × the layers' unit.
 void beam_of(const PassContext& context, const Light& light, const LightGpu& gpu, const Surfaces& surfaces,
              const lighting::AirView& view, lighting::Beam& out) {
-    out.near.width = 0;
-    out.rays.assign(view.rays.size(), 0.0f);
-    if (light.sun) return;
+    if (light.sun) {
+        out.near = {};
+        out.rays.assign(view.rays.size(), 0.0f);
+        return;
+    }
     const unsigned samples = context.target.kind == TargetKind::live ? kLiveSamples : kStillSamples;
     lighting::beam_of(surfaces.gbuffer, view, source_of(context, light, gpu), samples, out, context.pool);
 }
