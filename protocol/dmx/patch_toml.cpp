@@ -1,5 +1,6 @@
 #include "protocol/dmx/patch_toml.h"
 
+#include "ies/core/number_text.h"
 #include "protocol/dmx/patch.h"
 #include "protocol/text/toml_read.h"
 

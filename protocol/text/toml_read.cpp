@@ -1,7 +1,6 @@
 #include "protocol/text/toml_read.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <sstream>
@@ -211,12 +210,6 @@ std::string quoted(const std::string& text) {
         result += escape;
     }
     return result + "\"";
-}
-
-std::string number_text(double value) {
-    char text[40];
-    const auto [end, error] = std::to_chars(text, text + sizeof text, value);
-    return std::string(text, end);
 }
 
 }  // namespace gonio::toml_read

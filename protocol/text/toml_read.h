@@ -49,8 +49,7 @@ struct Range {
 };
 Range range(const toml::node& node);  // [low, high]
 
-// Result: a TOML basic string, and a number, as a file holds them.
+// Result: a TOML basic string, as a file holds it; of numbers ies/core/number_text.h.
 std::string quoted(const std::string& text);
-std::string number_text(double value);
 
 }  // namespace gonio::toml_read

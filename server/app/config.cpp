@@ -5,6 +5,7 @@
 #include <numeric>
 #include <optional>
 
+#include "ies/core/number_text.h"
 #include "protocol/text/toml_read.h"
 #include "server/base/bounded_file.h"
 
@@ -199,7 +200,7 @@ private:
         }
         if (is_number(option)) {
             if (const auto* whole = node.as_integer()) return std::to_string(whole->get());
-            if (const auto* real = node.as_floating_point()) return toml_read::number_text(real->get());
+            if (const auto* real = node.as_floating_point()) return number_text(real->get());
             return std::nullopt;
         }
         const auto* value = node.as_string();
@@ -234,7 +235,7 @@ std::optional<std::string> parsed_number(const std::string& text) {
     Number number{};
     if (!CLI::detail::lexical_cast(text, number)) return std::nullopt;
     if constexpr (std::is_floating_point_v<Number>)
-        return toml_read::number_text(number);
+        return number_text(number);
     else
         return std::to_string(number);
 }

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <filesystem>
 
+#include "ies/core/number_text.h"
 #include "protocol/schema/codec.h"
-#include "protocol/text/toml_read.h"
 #include "server/app/option_checks.h"
 #include "server/base/bounded_file.h"
 #include "server/http/tls.h"
@@ -21,7 +21,7 @@ constexpr std::size_t kMaxTokenBytes = 4096;  // of its line
 constexpr const char* kBlanks = " \t\r";      // beside a token, which editors and copying leave
 
 std::string seconds_text(std::chrono::milliseconds time) {
-    return toml_read::number_text(static_cast<double>(time.count()) * 1e-3);
+    return number_text(static_cast<double>(time.count()) * 1e-3);
 }
 
 void add_seconds(CLI::App& app, const char* name, std::chrono::milliseconds& value, const char* what) {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <filesystem>
 
+#include "ies/core/number_text.h"
 #include "protocol/schema/words.h"
-#include "protocol/text/toml_read.h"
 #include "server/assets/assets.h"
 #include "server/sequence/sequence.h"
 
@@ -167,7 +167,7 @@ std::string check_decimal(const std::string& text) {
 }
 
 CLI::Validator finite_in(double low, double high) {
-    const std::string range = toml_read::number_text(low) + " - " + toml_read::number_text(high);
+    const std::string range = number_text(low) + " - " + number_text(high);
     return {[=](std::string& text) {
                 double value = 0;
                 const bool good = CLI::detail::lexical_cast(text, value) && std::isfinite(value);

@@ -6,10 +6,11 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <limits>
+
+#include "ies/core/number_text.h"
 
 namespace gonio {
 namespace {
@@ -20,9 +21,7 @@ constexpr std::array<double, 14> kBounds = {0.0005, 0.001, 0.002, 0.004, 0.008, 
 std::string number(double value) {
     if (std::isinf(value)) return value > 0 ? "+Inf" : "-Inf";
     if (std::isnan(value)) return "NaN";
-    char text[40];
-    const auto [end, error] = std::to_chars(text, text + sizeof text, value);
-    return std::string(text, end);
+    return number_text(value);
 }
 
 void add_line(std::string& text, std::string_view name, std::string_view labels, const std::string& value) {

@@ -1,20 +1,19 @@
 // Writing XML. Only for .cpp files, because it brings pugixml.
 #pragma once
 
-#include <charconv>
 #include <initializer_list>
 #include <pugixml.hpp>
 #include <sstream>
 #include <string>
 #include <utility>
 
+#include "ies/core/number_text.h"
+
 namespace gonio::exchange {
 
-// Result: the shortest text that reads back as the same number, whatever the locale.
+// Result: as gonio::number_text, but "0" of -0.
 inline std::string number_text(double value) {
-    char text[32];
-    const auto end = std::to_chars(text, text + sizeof text, value == 0.0 ? 0.0 : value).ptr;
-    return {text, end};
+    return gonio::number_text(value + 0.0);
 }
 
 using Attributes = std::initializer_list<std::pair<const char*, std::string>>;

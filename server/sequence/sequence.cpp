@@ -1,25 +1,18 @@
 #include "server/sequence/sequence.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <numeric>
 
+#include "ies/core/number_text.h"
 #include "protocol/schema/words.h"
 
 namespace gonio::sequence {
 namespace {
 
-// Shortest text that reads back as the same number.
-std::string exact_number(double value) {
-    char text[32];
-    const auto [end, error] = std::to_chars(text, text + sizeof text, value);
-    return {text, end};
-}
-
 std::string word_of(const std::vector<double>& numbers) {
     std::string word;
-    for (const double number : numbers) word += (word.empty() ? "" : ",") + exact_number(number);
+    for (const double number : numbers) word += (word.empty() ? "" : ",") + number_text(number);
     return word;
 }
 
