@@ -17,11 +17,6 @@ namespace {
 
 using Json = GlbWriter::Json;
 
-Error too_large() {
-    return {"too_large", "save_scene", std::to_string(kMostSavedBytes >> 20) + " MiB",
-            "the scene would be a larger file"};
-}
-
 class GeometryWriter {
 public:
     GeometryWriter(GlbWriter& glb, const SceneAsset& asset, std::function<void()> wrote_image = {})
@@ -35,7 +30,7 @@ public:
         const bool turned = glm::determinant(glm::dmat3(instance.world_from_mesh)) < 0.0;
         const auto [at, fresh] = meshes_.try_emplace({instance.mesh, turned}, 0u);
         if (fresh) at->second = add(mesh, turned);
-        if (glb_.binary_bytes() > kMostSavedBytes) return too_large();
+        if (glb_.binary_bytes() > kMostSavedBytes) return too_large_scene();
         Json node = {{"name", instance.node}, {"mesh", at->second}};
         if (in_world) node["matrix"] = GlbWriter::matrix_of(instance.world_from_mesh);
         glb_.add("nodes", std::move(node));
@@ -52,7 +47,7 @@ private:
             if (!png) return png.error();
             at->second = glb_.add_image(*png);
             if (wrote_image_) wrote_image_();
-            if (glb_.binary_bytes() > kMostSavedBytes) return too_large();
+            if (glb_.binary_bytes() > kMostSavedBytes) return too_large_scene();
         }
         texture = static_cast<int>(glb_.add_texture(at->second, material.wrap_s, material.wrap_t));
         return std::nullopt;
@@ -167,7 +162,7 @@ public:
             lights("EXT_lights_ies")
                 .push_back(
                     {{"name", light.profile->name}, {"mimeType", "application/x-ies-lm-63"}, {"bufferView", view}});
-            if (glb_.binary_bytes() > kMostSavedBytes) return too_large();
+            if (glb_.binary_bytes() > kMostSavedBytes) return too_large_scene();
         }
         Json node = node_of(light, master_ratio);
         node["extensions"]["EXT_lights_ies"] = {
@@ -235,7 +230,7 @@ Result<std::string> export_glb(const Scene& scene, const Parts& each) {
     std::set<std::string> extensions = geometry.extensions();
     extensions.insert(lights.extensions().begin(), lights.extensions().end());
     std::string bytes = finish(glb, extensions);
-    if (bytes.size() > kMostSavedBytes) return too_large();
+    if (bytes.size() > kMostSavedBytes) return too_large_scene();
     return bytes;
 }
 

@@ -14,6 +14,11 @@ namespace gonio::exchange {
 // Of a scene's file that is written: clients are sent no more at once, and take no more back as an upload.
 inline constexpr std::size_t kMostSavedBytes = (std::size_t{256} << 20) - (std::size_t{1} << 16);
 
+inline Error too_large_scene() {
+    return {"too_large", "save_scene", std::to_string(kMostSavedBytes >> 20) + " MiB",
+            "the scene would be a larger file"};
+}
+
 // Called between parts of the work with how many of them are done.
 using Parts = std::function<void(std::size_t done, std::size_t all)>;
 

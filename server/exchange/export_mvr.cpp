@@ -139,16 +139,11 @@ public:
     Result<std::string> file() {
         files_.insert(files_.begin(), ZipFile{"GeneralSceneDescription.xml", text_of(document_)});
         auto bytes = write_zip(files_);
-        if (bytes && bytes->size() > kMostSavedBytes) return too_large();
+        if (bytes && bytes->size() > kMostSavedBytes) return too_large_scene();
         return bytes;
     }
 
 private:
-    static Error too_large() {
-        return {"too_large", "save_scene", std::to_string(kMostSavedBytes >> 20) + " MiB",
-                "the scene would be a larger file"};
-    }
-
     // Result: a name of the archive that no other one is, not even in other letters.
     std::string file_name(const std::string& base, const std::string& extension) {
         const auto small = [](std::string text) {
@@ -166,7 +161,7 @@ private:
 
     std::optional<Error> add_file(std::string name, std::string bytes) {
         bytes_ += bytes.size();
-        if (bytes_ > kMostSavedBytes) return too_large();
+        if (bytes_ > kMostSavedBytes) return too_large_scene();
         files_.push_back({std::move(name), std::move(bytes)});
         return std::nullopt;
     }

@@ -1,7 +1,6 @@
 // The patch -> channels of a fixture.
 #include <algorithm>
 #include <map>
-#include <numbers>
 
 #include "protocol/schema/gonio.pb.h"
 #include "protocol/schema/property.h"
@@ -11,17 +10,13 @@
 namespace gonio::exchange {
 namespace {
 
-constexpr double kDegrees = 180.0 / std::numbers::pi;
-
 struct DrivenRow {
-    const char *property, *attribute;
-    Property which;
-    double unit;  // of the attribute in the property's
+    Property property;
+    const char* attribute;  // in the unit that people write the property in
 };
 constexpr DrivenRow kDriven[] = {
-    {"level", "Dimmer", Property::level, 1.0},     {"pan", "Pan", Property::pan, kDegrees},
-    {"tilt", "Tilt", Property::tilt, kDegrees},    {"red", "ColorAdd_R", Property::red, 1.0},
-    {"green", "ColorAdd_G", Property::green, 1.0}, {"blue", "ColorAdd_B", Property::blue, 1.0},
+    {Property::level, "Dimmer"},   {Property::pan, "Pan"},          {Property::tilt, "Tilt"},
+    {Property::red, "ColorAdd_R"}, {Property::green, "ColorAdd_G"}, {Property::blue, "ColorAdd_B"},
 };
 
 // MVR's universe 1 is sACN's, and port-address 0 of Art-Net.
@@ -38,7 +33,8 @@ LightPatch patch_of(const Scene& scene, const Light& light) {
     if (scene.patch)
         for (const v1::PatchRow& row : scene.patch->rows()) {
             if (row.target() != light.name || universe_of(row) > mvr::kMostUniverse) continue;
-            if (std::ranges::none_of(kDriven, [&](const DrivenRow& one) { return row.property() == one.property; }))
+            if (std::ranges::none_of(kDriven,
+                                     [&](const DrivenRow& one) { return row.property() == row_of(one.property).name; }))
                 continue;
             if (!rows.emplace(row.property(), &row).second) continue;  // a second one of the same has no channel
             auto& least = first.try_emplace(universe_of(row), row.address()).first->second;
@@ -48,27 +44,27 @@ LightPatch patch_of(const Scene& scene, const Light& light) {
     patch.swings = rows.contains("pan") || rows.contains("tilt");
     for (const DrivenRow& one : kDriven) {
         gdtf::WrittenChannel channel{one.attribute};
-        const bool turns = one.which == Property::pan || one.which == Property::tilt;
-        const PropertyRow& range = row_of(one.which);
-        channel.from = one.unit * range.low;
-        channel.to = one.unit * range.high;
-        if (const auto at = rows.find(one.property); at != rows.end()) {
+        const bool turns = one.property == Property::pan || one.property == Property::tilt;
+        const PropertyRow& property = row_of(one.property);
+        channel.from = property.low / property.unit;
+        channel.to = property.high / property.unit;
+        if (const auto at = rows.find(std::string(property.name)); at != rows.end()) {
             const v1::PatchRow& row = *at->second;
             const auto start = first.find(universe_of(row));
             channel.dmx_break = static_cast<int>(std::distance(first.begin(), start)) + 1;
             channel.slot = static_cast<int>(row.address() - start->second) + 1;
             channel.bytes = row.bits() == 16 ? 2 : 1;
-            if (row.has_low()) channel.from = one.unit * row.low();
-            if (row.has_high()) channel.to = one.unit * row.high();
+            if (row.has_low()) channel.from = row.low() / property.unit;
+            if (row.has_high()) channel.to = row.high() / property.unit;
         } else if (turns && patch.swings) {
             channel.bytes = 2;  // its axis is there all the same
-        } else if (one.which == Property::level && rows.empty()) {
+        } else if (one.property == Property::level && rows.empty()) {
             channel.slot = 1;
         } else {
             continue;
         }
         // Until a console speaks: dark, all emitters on, at home.
-        channel.value = turns ? 0.0 : one.which == Property::level ? channel.from : channel.to;
+        channel.value = turns ? 0.0 : one.property == Property::level ? channel.from : channel.to;
         patch.channels.push_back(channel);
     }
     return patch;
