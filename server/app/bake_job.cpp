@@ -12,6 +12,7 @@
 #include "server/app/stop_on_signal.h"
 #include "server/bake/output.h"
 #include "server/base/clock.h"
+#include "server/base/print_refusal.h"
 #include "server/scene/apply.h"
 #include "server/session/command_files.h"
 #include "server/session/scene_access.h"
@@ -67,7 +68,7 @@ bake::BakeSettings settings_of(const BakeOptions& options) {
 }
 
 int refused(const std::string& place, const Error& error) {
-    std::fprintf(stderr, "goniod: %s: %s: %s\n", place.c_str(), error.code.c_str(), error.text().c_str());
+    print_refusal(place, error);
     return 1;
 }
 

@@ -9,6 +9,7 @@
 #include "protocol/schema/words.h"
 #include "server/app/stop_on_signal.h"
 #include "server/base/atomic_file.h"
+#include "server/base/print_refusal.h"
 #include "server/lighting/isa.h"
 #include "server/sequence/frame_picture.h"
 #include "server/sequence/sequence_job.h"
@@ -29,24 +30,16 @@ using job::Refused;
 constexpr int kFrameRefused = 1;  // of a list of frames
 
 int told(const std::string& place, const Error& error, int exit_code) {
-    std::fprintf(stderr, "goniod: %s: %s: %s\n", place.c_str(), error.code.c_str(), error.text().c_str());
+    print_refusal(place, error);
     return exit_code;
 }
 
-// Result: the picture; nothing after a stop. note: what is to be said of it, empty for nothing.
-std::optional<CapturedPicture> render(const sequence::RunOptions& options, const Scene& scene,
-                                      const CaptureRequest& request, const std::stop_token& stop, std::string& note) {
-    if (request.quality == Quality::reference) {
-        auto traced = trace_capture(trace::make_world(scene), scene, request, stop, [](const trace::Progress&) {});
-        if (!traced) return std::nullopt;
-        if (traced->progress.passes < trace::kLeastPassesOfNoise)
-            note = " noise not known: of " + std::to_string(traced->progress.passes) + " samples, fewer than 8";
-        else if (!traced->progress.noise_reached)
-            note = " noise " + print_number(traced->progress.noise) + ", more than was asked for";
-        return std::move(traced->picture);
-    }
-    return *options.renderer().capture(scene, request.view, request.width_px, request.height_px,
-                                       request.format == "exr", request.settings.bounces, request.samples_per_pixel);
+// What is to be said of a picture's noise, empty for nothing.
+std::string note_of(const std::optional<trace::Progress>& traced) {
+    if (!traced) return "";
+    if (traced->passes < trace::kLeastPassesOfNoise)
+        return " noise not known: of " + std::to_string(traced->passes) + " samples, fewer than 8";
+    return traced->noise_reached ? "" : " noise " + print_number(traced->noise) + ", more than was asked for";
 }
 
 // What a job's list of frames is carried out with.
@@ -55,10 +48,11 @@ struct Job {
     const SceneAccess& access;
     const std::stop_token& stop;
     ExrHeader header;
+    sequence::Renderers renderers{options.renderer, nullptr};
 };
 
 // Result: false after a stop.
-bool write_capture(const Job& job, const Scene& scene, const Json& capture, const std::string& place) {
+bool write_capture(Job& job, const Scene& scene, const Json& capture, const std::string& place) {
     const std::string name = job::text_at(capture, "out", place, "");
     const std::filesystem::path relative(name);
     if (name.empty() || relative.is_absolute() || relative.lexically_normal().begin()->string() == "..")
@@ -67,12 +61,11 @@ bool write_capture(const Job& job, const Scene& scene, const Json& capture, cons
     if (!format) refuse(place + ".out", name, "must end in .png, .jpg or .exr");
     const v1::CaptureQuery query = sequence::query_of(capture, *format, place);
     const CaptureRequest request = job::checked(place, check_capture(scene, query));
-    std::string note;
-    auto picture = render(job.options, scene, request, job.stop, note);
-    if (!picture) return false;
-    if (request.legend) draw_legend(*picture, scene, request.view);
+    auto taken = sequence::take_picture(job.renderers, scene, request, job.stop);
+    if (!taken) return false;
+    if (request.legend) draw_legend(taken->picture, scene, request.view);
     const std::vector<std::byte> bytes =
-        job::checked(place, encode_capture(*picture, request.view, request.format, job.header));
+        job::checked(place, encode_capture(taken->picture, request.view, request.format, job.header));
     const std::filesystem::path path = std::filesystem::path(job.options.out) / relative;
     std::error_code failed;
     std::filesystem::create_directories(path.parent_path(), failed);
@@ -80,13 +73,13 @@ bool write_capture(const Job& job, const Scene& scene, const Json& capture, cons
     if (const auto wrote = write_file_atomically(path.string(), text); !wrote)
         refuse(place + ".out", path.string(), "the file cannot be written: " + wrote.error().message);
     std::printf("%s %dx%d %s%s\n", path.string().c_str(), request.width_px, request.height_px, view_name(request.view),
-                note.c_str());
+                note_of(taken->traced).c_str());
     std::fflush(stdout);
     return true;
 }
 
 // The job's list of captures, each after its commands. Result: the exit code.
-int run_frames(const Json& frames, Scene scene, const Job& job) {
+int run_frames(const Json& frames, Scene scene, Job job) {
     if (!frames.is_array()) refuse("frames", frames, "the job must hold a list of frames");
     for (std::size_t i = 0; i < frames.size(); ++i) {
         const Json& frame = frames[i];

@@ -133,15 +133,16 @@ Result<std::vector<CaptureRequest>> requests_of(const Sequence& sequence, const 
     return requests;
 }
 
-std::optional<CapturedPicture> take_picture(Renderers& renderers, const Scene& scene, const CaptureRequest& request,
-                                            const std::stop_token& stop, std::optional<double>* noise) {
+std::optional<TakenPicture> take_picture(Renderers& renderers, const Scene& scene, const CaptureRequest& request,
+                                         const std::stop_token& stop) {
     if (request.quality == Quality::reference) {
         renderers.world = trace::make_world(scene, renderers.world.get());
         auto traced = trace_capture(renderers.world, scene, request, stop, [](const trace::Progress&) {});
         if (!traced) return std::nullopt;
-        if (noise != nullptr && traced->progress.passes >= trace::kLeastPassesOfNoise)
-            *noise = std::max(noise->value_or(0.0), traced->denoised_noise.value_or(traced->progress.noise));
-        return std::move(traced->picture);
+        TakenPicture taken{std::move(traced->picture), traced->progress, std::nullopt};
+        if (traced->progress.passes >= trace::kLeastPassesOfNoise)
+            taken.noise = traced->denoised_noise.value_or(traced->progress.noise);
+        return taken;
     }
     Renderer& renderer = renderers.renderer();
     const auto job =
@@ -150,7 +151,7 @@ std::optional<CapturedPicture> take_picture(Renderers& renderers, const Scene& s
     job->samples_per_pixel = request.samples_per_pixel;
     while (!renderer.continue_capture(*job))
         if (stop.stop_requested()) return std::nullopt;
-    return std::move(*job->picture);
+    return TakenPicture{std::move(*job->picture), std::nullopt, std::nullopt};
 }
 
 Result<std::optional<std::vector<std::byte>>> frame_bytes(Renderers& renderers, const Scene& scene,
@@ -162,31 +163,33 @@ Result<std::optional<std::vector<std::byte>>> frame_bytes(Renderers& renderers, 
         if (!bytes) return bytes.error();
         return std::optional(std::move(*bytes));
     };
-    std::optional<double> noise;
     if (sequence.layers.empty()) {
         const CaptureRequest& request = requests->front();
-        auto picture = take_picture(renderers, scene, request, stop, &noise);
-        if (!picture) return std::optional<std::vector<std::byte>>();
-        if (request.legend) draw_legend(*picture, scene, request.view);
+        auto taken = take_picture(renderers, scene, request, stop);
+        if (!taken) return std::optional<std::vector<std::byte>>();
+        if (request.legend) draw_legend(taken->picture, scene, request.view);
         ExrHeader header = header_of(scene, sequence, frame, request);
         if (request.format == "exr")
-            header.texts.emplace_back("gonio:error", error_text(renderers, scene, request, noise));
-        return done(encode_capture(*picture, request.view, request.format, header));
+            header.texts.emplace_back("gonio:error", error_text(renderers, scene, request, taken->noise));
+        return done(encode_capture(taken->picture, request.view, request.format, header));
     }
     int width_px = static_cast<int>(sequence.query.width_px()),
         height_px = static_cast<int>(sequence.query.height_px());
     if (width_px == 0) width_px = scene.width_px, height_px = scene.height_px;
     std::vector<ExrLayer> layers;
     std::optional<ExrLayer> haze;
+    std::optional<double> noise;  // of the worst
     for (const CaptureRequest& request : *requests) {
-        const auto picture = take_picture(renderers, scene, request, stop, &noise);
-        if (!picture) return std::optional<std::vector<std::byte>>();
-        layers.push_back(layer_of(static_cast<LayerKind>(request.view), picture->values));
+        const auto taken = take_picture(renderers, scene, request, stop);
+        if (!taken) return std::optional<std::vector<std::byte>>();
+        const CapturedPicture& picture = taken->picture;
+        if (taken->noise) noise = std::max(noise.value_or(0.0), *taken->noise);
+        layers.push_back(layer_of(static_cast<LayerKind>(request.view), picture.values));
         const bool derives = request.view == View::beauty &&
                              std::ranges::find(sequence.layers, LayerKind::luminance) != sequence.layers.end();
-        if (derives) layers.push_back(luminance_of(picture->values));
-        if (request.view == View::beauty && !picture->haze.empty())
-            haze = ExrLayer{{"haze.R", "haze.G", "haze.B"}, picture->haze};
+        if (derives) layers.push_back(luminance_of(picture.values));
+        if (request.view == View::beauty && !picture.haze.empty())
+            haze = ExrLayer{{"haze.R", "haze.G", "haze.B"}, picture.haze};
     }
     if (haze) layers.push_back(std::move(*haze));
     add_surface_layers(scene, sequence, width_px, height_px, layers);

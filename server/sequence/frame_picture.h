@@ -11,6 +11,7 @@
 #include "server/render/renderer.h"
 #include "server/sequence/sequence.h"
 #include "server/session/query.h"
+#include "server/trace/reference.h"
 
 namespace gonio::sequence {
 
@@ -24,9 +25,14 @@ struct Renderers {
 // check_capture; "unsupported" where layers are denoised.
 Result<std::vector<CaptureRequest>> requests_of(const Sequence& sequence, const Scene& scene);
 
-// Result: the picture; nothing after a stop. noise: of the reference, where it is worse than before.
-std::optional<CapturedPicture> take_picture(Renderers& renderers, const Scene& scene, const CaptureRequest& request,
-                                            const std::stop_token& stop, std::optional<double>* noise = nullptr);
+struct TakenPicture {
+    CapturedPicture picture;
+    std::optional<trace::Progress> traced;  // of the reference
+    std::optional<double> noise;            // likewise, once it is known: denoised, where the picture is
+};
+// Result: nothing after a stop.
+std::optional<TakenPicture> take_picture(Renderers& renderers, const Scene& scene, const CaptureRequest& request,
+                                         const std::stop_token& stop);
 
 // Result: the file's bytes; nothing after a stop. Errors: of encoding; those of requests_of.
 Result<std::optional<std::vector<std::byte>>> frame_bytes(Renderers& renderers, const Scene& scene,

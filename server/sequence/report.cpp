@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/base/clock.h"
+#include "server/base/print_refusal.h"
 
 namespace gonio::sequence {
 namespace {
@@ -24,8 +25,7 @@ double rounded(double seconds) {
     return std::round(seconds * 1000.0) / 1000.0;
 }
 
-}  // namespace
-
+// "1:02:03", "2:03".
 std::string print_duration(double seconds) {
     const auto whole = static_cast<long long>(std::ceil(seconds));
     char text[48];
@@ -35,6 +35,13 @@ std::string print_duration(double seconds) {
         std::snprintf(text, sizeof text, "%lld:%02lld", whole / 60, whole % 60);
     return text;
 }
+
+Json frame_line(const char* state, const Entry& entry) {
+    return {{"event", "frame"},   {"state", state},         {"frame", entry.frame},
+            {"name", entry.name}, {"sha256", entry.sha256}, {"bytes", entry.bytes}};
+}
+
+}  // namespace
 
 Report::Report(bool json, int of, int kept)
     : bar_(!json && isatty(STDERR_FILENO) != 0), of_(of), to_write_(of - kept), began_ns_(monotonic_ns()) {}
@@ -54,30 +61,22 @@ void Report::begin(const Maker& maker, int frames) const {
 void Report::kept(const Entry& entry) {
     ++done_;
     if (bar_) return;
-    print_line({{"event", "frame"},
-                {"state", "kept"},
-                {"frame", entry.frame},
-                {"name", entry.name},
-                {"sha256", entry.sha256},
-                {"bytes", entry.bytes},
-                {"done", done_},
-                {"of", of_}});
+    Json line = frame_line("kept", entry);
+    line["done"] = done_;
+    line["of"] = of_;
+    print_line(line);
 }
 
 void Report::written(const Entry& entry, double seconds) {
     ++done_;
     ++written_;
     if (bar_) return show_bar(done_);
-    print_line({{"event", "frame"},
-                {"state", "written"},
-                {"frame", entry.frame},
-                {"name", entry.name},
-                {"sha256", entry.sha256},
-                {"bytes", entry.bytes},
-                {"seconds", rounded(seconds)},
-                {"done", done_},
-                {"of", of_},
-                {"left_s", rounded(seconds_left())}});
+    Json line = frame_line("written", entry);
+    line["seconds"] = rounded(seconds);
+    line["done"] = done_;
+    line["of"] = of_;
+    line["left_s"] = rounded(seconds_left());
+    print_line(line);
 }
 
 void Report::video(const Entry& entry, bool kept) const {
@@ -109,7 +108,7 @@ void Report::refused(const std::string& place, const Error& error) const {
                     {"where", error.where},
                     {"value", error.value},
                     {"message", error.message}});
-    std::fprintf(stderr, "goniod: %s: %s: %s\n", place.c_str(), error.code.c_str(), error.text().c_str());
+    print_refusal(place, error);
 }
 
 void Report::end(int exit_code) const {

@@ -29,7 +29,4 @@ private:
     std::int64_t began_ns_;
 };
 
-// Result: "1:02:03", "2:03".
-std::string print_duration(double seconds);
-
 }  // namespace gonio::sequence

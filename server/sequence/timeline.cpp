@@ -39,6 +39,21 @@ void take_exposure(Scene& scene, v1::Command& command, const std::string& place)
     checked(place, apply(scene, command, {}));
 }
 
+// apply_words() of a command that was read.
+void apply_command(Scene& scene, v1::Command command, const SceneAccess& access, const std::string& place,
+                   CuePlayer* player = nullptr, std::int64_t now_ns = 0) {
+    if (player != nullptr && plays_cues(command)) {
+        if (const auto refused = player->run(scene, command, now_ns)) refuse(place, *refused);
+        return;
+    }
+    if (command.has_recall_preset()) {
+        command.mutable_recall_preset()->set_fade_s(0);  // a job has no time
+        if (player != nullptr) player->let_go();
+    }
+    checked(place, apply(scene, command, checked(place, read_files(command, access))));
+    take_exposure(scene, command, place);
+}
+
 v1::Command command_of(const std::vector<std::string>& words, const std::string& place) {
     v1::Command command = checked(place, command_from_words(words));
     checked(place, attach_profile_file(command));
@@ -61,26 +76,17 @@ std::string profile_text(const v1::Command& command) {
 }  // namespace
 
 void apply_words(Scene& scene, const std::vector<std::string>& words, const SceneAccess& access,
-                 const std::string& place, CuePlayer* player, std::int64_t now_ns) {
-    v1::Command command = command_of(words, place);
-    if (player != nullptr && plays_cues(command)) {
-        if (const auto refused = player->run(scene, command, now_ns)) refuse(place, *refused);
-        return;
-    }
-    if (command.has_recall_preset()) {
-        command.mutable_recall_preset()->set_fade_s(0);  // a job has no time
-        if (player != nullptr) player->let_go();
-    }
-    checked(place, apply(scene, command, checked(place, read_files(command, access))));
-    take_exposure(scene, command, place);
+                 const std::string& place) {
+    apply_command(scene, command_of(words, place), access, place);
 }
 
 Timeline::Timeline(Scene scene, const Sequence& sequence, const SceneAccess& access)
     : scene_(std::move(scene)), sequence_(sequence), access_(access), events_(sequence.events) {
     for (std::size_t i = 0; i < sequence.set.size(); ++i) {
         const std::string place = job::item("sequence.set", i);
-        count(command_of(sequence.set[i], place));
-        apply_words(scene_, sequence.set[i], access, place);
+        const v1::Command command = command_of(sequence.set[i], place);
+        count(command);
+        apply_command(scene_, command, access, place);
     }
     if (sequence.timecode_s && scene_.cues)
         for (const auto& cue : *scene_.cues)
@@ -109,11 +115,13 @@ void Timeline::next() {
 }
 
 void Timeline::run(const Event& event) {
-    const v1::Command command = command_of(event.words, event.place + ".set");
-    check_running(command, event.words, event.place + ".set");
+    const std::string place = event.place + ".set";
+    const std::int64_t now_ns = nanoseconds_of(event.t_s);
+    const v1::Command command = command_of(event.words, place);
+    check_running(command, event.words, place);
     count(command);
-    player_.advance(scene_, nanoseconds_of(event.t_s));
-    apply_words(scene_, event.words, access_, event.place + ".set", &player_, nanoseconds_of(event.t_s));
+    player_.advance(scene_, now_ns);
+    apply_command(scene_, command, access_, place, &player_, now_ns);
 }
 
 void Timeline::set(Group& group, double t_s) {

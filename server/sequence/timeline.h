@@ -14,9 +14,9 @@
 namespace gonio::sequence {
 
 // Carries out a command of a job at once: exposures that are automatic are metered, presets come without a fade. Throws
-// job::Refused with this place. player: of commands that play cues, at now_ns; null: they are refused by apply().
+// job::Refused with this place.
 void apply_words(Scene& scene, const std::vector<std::string>& words, const SceneAccess& access,
-                 const std::string& place, CuePlayer* player = nullptr, std::int64_t now_ns = 0);
+                 const std::string& place);
 
 class Timeline {
 public:
