@@ -183,17 +183,24 @@ int capture(const Session& session, const ReadWords& words) {
     return kExitOk;
 }
 
+// Writes what was made and says where it is; told: beside the file's name. Result: the exit code.
+template <typename Made>
+int write_made(const Session& session, const std::string& file, const std::string& bytes, const Made& made,
+               const std::string& told) {
+    if (const auto written = write_atomically(file, bytes); !written) return session.fail(written.error());
+    if (session.json)
+        session.print(made);
+    else
+        session.out << file << told << " scene_rev " << made.scene_rev() << "\n";
+    return kExitOk;
+}
+
 int save_scene(const Session& session, const ReadWords& words) {
-    const std::string& file = words.names.front();
     const auto answer = session.ask(words.message, {Answer::kCapture});
     if (!answer) return session.fail(answer.error());
-    const v1::CaptureResult& result = answer->capture();
-    if (const auto written = write_atomically(file, result.image()); !written) return session.fail(written.error());
-    if (session.json)
-        session.print(result);
-    else
-        session.out << file << " " << result.image().size() << " bytes scene_rev " << result.scene_rev() << "\n";
-    return kExitOk;
+    const v1::CaptureResult& made = answer->capture();
+    return write_made(session, words.names.front(), made.image(), made,
+                      " " + std::to_string(made.image().size()) + " bytes");
 }
 
 int grid_list(const Session& session, const ReadWords& words) {
@@ -233,16 +240,9 @@ int targets(const Session& session, const ReadWords& words) {
 }
 
 int lux_report(const Session& session, const ReadWords& words) {
-    const std::string& file = words.names.front();
     const auto answer = session.ask(words.message, {Answer::kLuxReport});
     if (!answer) return session.fail(answer.error());
-    const v1::LuxReport& made = answer->lux_report();
-    if (const auto written = write_atomically(file, made.html()); !written) return session.fail(written.error());
-    if (session.json)
-        session.print(made);
-    else
-        session.out << file << " scene_rev " << made.scene_rev() << "\n";
-    return kExitOk;
+    return write_made(session, words.names.front(), answer->lux_report().html(), answer->lux_report(), "");
 }
 
 int report(const Session& session, const ReadWords& words) {
