@@ -165,6 +165,16 @@ def tables(told):
         yield command['name'], command['options'] + common, []
 
 
+def value_cases(word, options, choose, otherwise):
+    """Where an option stands before the cursor: its choices by choose(choices), what else it takes by `otherwise`."""
+    text = f'            case "${word}" in\n'
+    for one, option in offered(options).items():
+        if option['choices']:
+            text += f'                {one}) {choose(option["choices"])}; return ;;\n'
+    free = [one for one, option in offered(options).items() if option['value'] and not option['choices']]
+    return text + f'                {"|".join(free) or "--"}) {otherwise}return ;;\n            esac ;;\n'
+
+
 def bash(told):
     name = told['program'].replace('-', '_')
     text = f'# bash completion of {told["program"]}, written by packaging/option_texts.py\n_{name}()\n{{\n'
@@ -179,12 +189,7 @@ def bash(told):
                 text += f'                {first}) words={quote(" ".join(seconds))} ;;\n'
             text += f'                *) words={quote(" ".join(words))} ;;\n            esac\n'
         # What an option takes: choices, or files by -o default.
-        text += '            case "$prev" in\n'
-        for one, option in offered(options).items():
-            if option['choices']:
-                text += f'                {one}) COMPREPLY=($(compgen -W {quote(" ".join(option["choices"]))} -- "$cur")); return ;;\n'
-        free = [one for one, option in offered(options).items() if option['value'] and not option['choices']]
-        text += f'                {"|".join(free) or "--"}) return ;;\n            esac ;;\n'
+        text += value_cases('prev', options, lambda choices: f'COMPREPLY=($(compgen -W {quote(" ".join(choices))} -- "$cur"))', '')
     text += '    esac\n    [[ $cur == -* ]] && words=$options\n    COMPREPLY=($(compgen -W "$words" -- "$cur"))\n}\n'
     return text + f'complete -o default -F _{name} {told["program"]}\n'
 
@@ -209,12 +214,7 @@ def zsh(told):
                 text += f'                {one}) commands=({rows}) ;;\n'
             rows = ' '.join(described(one, helps.get(one, '')) for one in first)
             text += f'                *) commands=({rows}) ;;\n            esac\n'
-        text += '            case "$previous" in\n'
-        for one, option in offered(options).items():
-            if option['choices']:
-                text += f'                {one}) choices=({" ".join(quote(c) for c in option["choices"])}); compadd -a choices; return ;;\n'
-        free = [one for one, option in offered(options).items() if option['value'] and not option['choices']]
-        text += f'                {"|".join(free) or "--"}) _files; return ;;\n            esac ;;\n'
+        text += value_cases('previous', options, lambda choices: f'choices=({" ".join(map(quote, choices))}); compadd -a choices', '_files; ')
     text += '    esac\n    if [[ $PREFIX == -* ]]; then\n        _describe option options\n'
     text += '    elif (( $#commands )); then\n        _describe command commands\n    else\n        _files\n    fi\n}\n'
     return text + f'_{name} "$@"\n'
