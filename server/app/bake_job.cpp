@@ -8,13 +8,12 @@
 #include <sstream>
 #include <stop_token>
 
-#include "protocol/schema/words.h"
 #include "server/app/stop_on_signal.h"
 #include "server/bake/output.h"
 #include "server/base/clock.h"
 #include "server/base/print_refusal.h"
-#include "server/scene/apply.h"
-#include "server/session/command_files.h"
+#include "server/sequence/job_json.h"
+#include "server/sequence/timeline.h"
 #include "server/session/scene_access.h"
 #include "server/trace/geometry.h"
 
@@ -72,29 +71,23 @@ int refused(const std::string& place, const Error& error) {
     return 1;
 }
 
-// The words of one command, parted by blanks; "a name" in double quotes is one.
-Result<bool> apply_text(Scene& scene, const std::string& text, const SceneAccess& access) {
+// Of a text, parted by blanks; "a name" in double quotes is one.
+std::vector<std::string> words_of(const std::string& text) {
     std::istringstream stream(text);
     std::vector<std::string> words;
     for (std::string word; stream >> std::quoted(word);) words.push_back(word);
-    auto command = command_from_words(words);
-    if (!command) return command.error();
-    if (const auto attached = attach_profile_file(*command); !attached) return attached.error();
-    if (command->has_recall_preset()) command->mutable_recall_preset()->set_fade_s(0);  // a bake has no time
-    const auto files = read_files(*command, access);
-    if (!files) return files.error();
-    const auto applied = apply(scene, *command, *files);
-    if (!applied) return applied.error();
-    return true;
+    return words;
 }
 
 }  // namespace
 
 int run_bake(const Options& options, Scene scene) {
     const SceneAccess access{true, {}, "", options.load, options.max_memory};
-    for (const std::string& text : options.bake.set) {
-        if (const auto done = apply_text(scene, text, access); !done)
-            return refused("--bake-set \"" + text + "\"", done.error());
+    try {
+        for (const std::string& text : options.bake.set)
+            sequence::apply_words(scene, words_of(text), access, "--bake-set \"" + text + "\"");
+    } catch (const job::Refused& no) {
+        return refused(no.place, no.error);
     }
     std::stop_source stop;
     const StopOnSignal signals(stop);
