@@ -162,12 +162,13 @@ struct BorderedPoints {
     void set(const GBuffer& s, const AirView& view, const std::array<const float*, 3>& planes, int row) {
         const auto y = static_cast<std::size_t>(pixel_of(view, row, s.height)),
                    width = static_cast<std::size_t>(view.width), first = static_cast<std::size_t>(row) * width;
+        for (std::size_t k = 0; k < 3; ++k) std::copy_n(planes[k] + first, width, row_of(row, k) + 1);
+        for (std::size_t column = 0; column < width; ++column) {
+            const auto x = static_cast<std::size_t>(pixel_of(view, static_cast<int>(column), s.width));
+            row_of(row, 3)[column + 1] = s.depth[y * s.row_length + x] / s.rays.near_m;
+        }
         for (std::size_t k = 0; k < 4; ++k) {
             float* const to = row_of(row, k);
-            for (std::size_t column = 0; column < width; ++column) {
-                const auto x = static_cast<std::size_t>(pixel_of(view, static_cast<int>(column), s.width));
-                to[column + 1] = k < 3 ? planes[k][first + column] : s.depth[y * s.row_length + x] / s.rays.near_m;
-            }
             to[0] = to[1];
             std::fill(to + width + 1, to + stride, to[width]);
         }

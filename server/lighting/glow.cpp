@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/gtc/packing.hpp>
 #include <numbers>
 
 #undef HWY_TARGET_INCLUDE
@@ -19,10 +20,57 @@ namespace HWY_NAMESPACE {
 #include "server/lighting/simd.h"
 #include "server/lighting/simd_air.h"
 
-// What rays first … first + kSimdWidth − 1 collect, at kSteps places where equal shares of them are scattered.
-void GlowAlong(const Probes& probes, const float* glow, const Air& air, const AirRays& rays, std::size_t first,
-               float* const* out) {
-    constexpr int kSteps = 4, kFloats = 3;
+// What a probe's links bring, rgb, weighted by the phase function. along: from the eye to the probe, unit. emission: of
+// the links; null: none.
+void GlowAt(const Probes& probes, const std::uint16_t* ids, const glm::vec3* emission, const glm::vec4* sent,
+            std::size_t sent_count, const glm::vec3& along, float g, float* rgb) {
+    const Tag tag;
+    const IntTag ints;
+    const hn::Rebind<std::uint16_t, Tag> words;
+    const Vec3 forward = spread(along);
+    const auto end = hn::Set(ints, static_cast<std::int32_t>(sent_count));
+    Float sum[3], all(0.0f);
+    for (std::size_t i = 0; i < kProbeLinks; i += hn::Lanes(tag)) {
+        const Vec3 link(load(probes.directions[0].data() + i), load(probes.directions[1].data() + i),
+                        load(probes.directions[2].data() + i));
+        // Henyey and Greenstein's, up to a factor.
+        const Float d = inversesqrt(max(Float(1.0f + g * g) - Float(2.0f * g) * dot(forward, link), Float(1e-9f))),
+                    phase = d * d * d;
+        all = all + phase;
+        const auto id = hn::PromoteTo(ints, hn::LoadU(words, ids + i)),
+                   first = hn::ShiftLeft<2>(hn::Min(id, hn::Sub(end, hn::Set(ints, 1))));
+        const Float weight =
+            mix(Float(0.0f), phase * Float(1.0f / std::numbers::pi_v<float>), hn::RebindMask(tag, hn::Lt(id, end)));
+        for (int k = 0; k < 3; ++k) sum[k] = sum[k] + weight * Float(hn::GatherIndex(tag, &sent->x + k, first));
+        if (emission == nullptr) continue;
+        Raw own[3];
+        hn::LoadInterleaved3(tag, &emission[i].x, own[0], own[1], own[2]);
+        for (int k = 0; k < 3; ++k) sum[k] = sum[k] + phase * Float(own[k]);
+    }
+    const float per_all = 1.0f / hn::GetLane(hn::SumOfLanes(tag, all.raw));
+    for (int k = 0; k < 3; ++k) rgb[k] = per_all * hn::GetLane(hn::SumOfLanes(tag, sum[k].raw));
+}
+
+// What words of RGB9_E5 hold (EXT_texture_shared_exponent).
+HWY_INLINE Vec3 unpack_rgb9e5(hn::Vec<IntTag> word) {
+    constexpr int kBias = 15, kMantissa = 9, kFloatBias = 127, kFloatMantissa = 23;
+    const IntTag ints;
+    const Tag tag;
+    const auto bits = hn::Set(ints, (1 << kMantissa) - 1);
+    const auto exponent = hn::And(hn::ShiftRight<3 * kMantissa>(word), hn::Set(ints, 31));
+    const Float scale(hn::BitCast(
+        tag, hn::ShiftLeft<kFloatMantissa>(hn::Add(exponent, hn::Set(ints, kFloatBias - kBias - kMantissa)))));
+    return Vec3(hn::ConvertTo(tag, hn::And(word, bits)),
+                hn::ConvertTo(tag, hn::And(hn::ShiftRight<kMantissa>(word), bits)),
+                hn::ConvertTo(tag, hn::And(hn::ShiftRight<2 * kMantissa>(word), bits))) *
+           scale;
+}
+
+// What rays first … first + kSimdWidth − 1 collect, at kSteps places where equal shares of them are scattered. glow:
+// a word of RGB9_E5 a probe; unit: its.
+void GlowAlong(const Probes& probes, const std::uint32_t* glow, float unit, const Air& air, const AirRays& rays,
+               std::size_t first, float* const* out) {
+    constexpr int kSteps = 4;
     const Tag tag;
     const IntTag ints;
     for (std::size_t i = 0; i < kSimdWidth; i += hn::Lanes(tag)) {
@@ -61,7 +109,7 @@ void GlowAlong(const Probes& probes, const float* glow, const Air& air, const Ai
                 cell[k] = hn::Min(hn::ConvertTo(ints, place[k].raw), hn::Set(ints, std::max(probes.count[k] - 2, 0)));
                 share[k] = place[k] - Float(hn::ConvertTo(tag, cell[k]));
             }
-            Float value[kFloats];
+            Float value[3];
             for (int corner = 0; corner < 8; ++corner) {
                 Float weight(1.0f);
                 hn::Vec<IntTag> index = hn::Zero(ints);
@@ -72,13 +120,16 @@ void GlowAlong(const Probes& probes, const float* glow, const Air& air, const Ai
                                              hn::Set(ints, probes.count[k] - 1));
                     index = hn::Add(hn::Mul(index, hn::Set(ints, probes.count[k])), row);
                 }
-                index = hn::Mul(index, hn::Set(ints, kFloats));
-                for (int k = 0; k < kFloats; ++k)
-                    value[k] = value[k] + weight * Float(hn::GatherIndex(tag, glow + k, index));
+                const Vec3 rgb =
+                    unpack_rgb9e5(hn::GatherIndex(ints, reinterpret_cast<const std::int32_t*>(glow), index));
+                value[0] = value[0] + weight * rgb.x;
+                value[1] = value[1] + weight * rgb.y;
+                value[2] = value[2] + weight * rgb.z;
             }
             for (int k = 0; k < 3; ++k) sum[k] = sum[k] + value[k] * scattered;
         }
-        for (int k = 0; k < 3; ++k) store(sum[k] * Float(air.albedo), out[k] + i);
+        for (int k = 0; k < 3; ++k)
+            store(load(out[k] + first + i) + sum[k] * Float(air.albedo * unit), out[k] + first + i);
     }
 }
 
@@ -89,6 +140,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace gonio::lighting {
 
+HWY_EXPORT(GlowAt);
 HWY_EXPORT(GlowAlong);
 
 AirBox air_box(const trace::Geometry& geometry, const glm::vec3& eye) {
@@ -121,7 +173,9 @@ Probes make_probes(const transport::Transport::Surface& surface, const AirBox& b
     for (int k = 0; k < kProbeLinks; ++k) {  // Fibonacci's spiral
         const float y = 1.0f - (static_cast<float>(k) + 0.5f) * 2.0f / kProbeLinks, out = std::sqrt(1.0f - y * y),
                     turn = std::numbers::pi_v<float> * (3.0f - std::sqrt(5.0f)) * static_cast<float>(k);
-        probes.directions.emplace_back(out * std::cos(turn), y, out * std::sin(turn));
+        probes.directions[0].push_back(out * std::cos(turn));
+        probes.directions[1].push_back(y);
+        probes.directions[2].push_back(out * std::sin(turn));
     }
     probes.ids.resize(probes.size() * kProbeLinks);
     if (!surface.emitters.emitters.empty()) probes.emission.resize(probes.ids.size(), glm::vec3(0.0f));
@@ -132,8 +186,11 @@ Probes make_probes(const transport::Transport::Surface& surface, const AirBox& b
             const glm::vec3 p = probes.least + apart * glm::vec3(i % nx, i / nx % ny, i / (nx * ny));
             for (int k = 0; k < kProbeLinks; k += trace::kPacket) {
                 transport::Fan fan;
-                for (int j = 0; j < trace::kPacket; ++j)
-                    fan.rays.set(j, p, probes.directions[static_cast<std::size_t>(k + j)]);
+                for (int j = 0; j < trace::kPacket; ++j) {
+                    const auto link = static_cast<std::size_t>(k + j);
+                    fan.rays.set(j, p,
+                                 {probes.directions[0][link], probes.directions[1][link], probes.directions[2][link]});
+                }
                 fan.active = (1u << trace::kPacket) - 1u;
                 transport::follow(fan, *surface.geometry, surface.surfels, *surface.cells, hits,
                                   probes.ids.data() + i * kProbeLinks + static_cast<std::size_t>(k));
@@ -150,40 +207,36 @@ Probes make_probes(const transport::Transport::Surface& surface, const AirBox& b
 }
 
 void glow_of(const Probes& probes, std::span<const glm::vec4> sent, bool emission, const glm::vec3& eye, float g,
-             std::vector<glm::vec3>& glow, Pool& pool) {
+             Glow& glow, Pool& pool) {
     glow.assign(probes.size(), glm::vec3(0.0f));
+    if (sent.empty()) return;
+    const bool emits = emission && !probes.emission.empty();
     const auto nx = static_cast<std::size_t>(probes.count.x), ny = static_cast<std::size_t>(probes.count.y);
     pool.run_chunks(probes.size(), 64, [&](std::size_t first, std::size_t size) {
         for (std::size_t i = first; i < first + size; ++i) {
             const glm::vec3 p = probes.least + glm::vec3(i % nx, i / nx % ny, i / (nx * ny)) / probes.per_step,
                             along = glm::normalize(p - eye + glm::vec3(1e-6f));
-            float all = 0.0f;  // of the phase function over the links' directions, which are few
-            glm::vec3 sum(0.0f);
-            for (std::size_t k = 0; k < kProbeLinks; ++k) {
-                const auto phase = static_cast<float>(henyey_greenstein(
-                    static_cast<double>(g), static_cast<double>(glm::dot(along, probes.directions[k]))));
-                all += phase;
-                const std::size_t link = i * kProbeLinks + k, id = probes.ids[link];
-                if (id < sent.size()) sum += phase / std::numbers::pi_v<float> * glm::vec3(sent[id]);
-                if (emission && !probes.emission.empty()) sum += phase * probes.emission[link];
-            }
-            glow[i] = sum / all;
+            const glm::vec3* const own = emits ? probes.emission.data() + i * kProbeLinks : nullptr;
+            HWY_DYNAMIC_DISPATCH(GlowAt)
+            (probes, probes.ids.data() + i * kProbeLinks, own, sent.data(), sent.size(), along, g, &glow[i].x);
         }
     });
 }
 
-void add_glow(const Probes& probes, std::span<const glm::vec3> glow, const Air& air, const AirView& view, float unit,
-              Planes& planes, Pool& pool) {
-    if (glow.empty() || glow.size() != probes.size()) return;
-    pool.run_chunks(view.rays.size() / kSimdWidth, 64, [&](std::size_t first, std::size_t size) {
-        for (std::size_t i = first * kSimdWidth; i < (first + size) * kSimdWidth; i += kSimdWidth) {
-            alignas(64) float rgb[3][kSimdWidth];
-            float* const out[3] = {rgb[0], rgb[1], rgb[2]};
-            HWY_DYNAMIC_DISPATCH(GlowAlong)(probes, &glow[0][0], air, view.rays, i, out);
-            for (std::size_t k = 0; k < 3; ++k)
-                for (std::size_t j = 0; j < kSimdWidth; ++j) planes[k][i + j] += unit * rgb[k][j];
-        }
-    });
+void add_glow(const Probes& probes, const GlowWords& glow, const Air& air, const AirRays& rays, std::size_t first,
+              std::size_t count, float* const* rgb) {
+    for (std::size_t i = first; i < first + count; i += kSimdWidth)
+        HWY_DYNAMIC_DISPATCH(GlowAlong)(probes, glow.words.data(), glow.unit, air, rays, i, rgb);
+}
+
+GlowWords words_of(const Glow& glow) {
+    constexpr float kGreatest = 32768.0f;  // that GLM packs; the least but 0 is 2^-24
+    float most = 0.0f;
+    for (const glm::vec3& rgb : glow) most = std::max({most, rgb.x, rgb.y, rgb.z});
+    GlowWords result;
+    result.unit = std::isfinite(most) && most > 0.0f ? most / kGreatest : 1.0f;
+    for (const glm::vec3& rgb : glow) result.words.push_back(glm::packF3x9_E1x5(rgb / result.unit));
+    return result;
 }
 
 }  // namespace gonio::lighting

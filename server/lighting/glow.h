@@ -7,19 +7,19 @@
 #include <span>
 #include <vector>
 
-#include "server/lighting/air_picture.h"
+#include "server/lighting/airlight.h"
 #include "server/transport/transport.h"
 
 namespace gonio::lighting {
 
 // Points in a box around the scene and the surfels that they see: kProbeLinks directions each, evenly over the sphere.
 struct Probes {
-    glm::ivec3 count{0};                // along each axis; 0: there are none
-    glm::vec3 least{0.0f};              // the first, local, m
-    glm::vec3 per_step{0.0f};           // 1 / distance of neighbours, 1/m
-    std::vector<std::uint16_t> ids;     // kProbeLinks a probe; Surfels::count: nothing is met
-    std::vector<glm::vec3> directions;  // of the links, the same for all probes
-    std::vector<glm::vec3> emission;    // of what the links lead to, cd/m²; empty: nothing emits
+    glm::ivec3 count{0};               // along each axis; 0: there are none
+    glm::vec3 least{0.0f};             // the first, local, m
+    glm::vec3 per_step{0.0f};          // 1 / distance of neighbours, 1/m
+    std::vector<std::uint16_t> ids;    // kProbeLinks a probe; Surfels::count: nothing is met
+    std::vector<float> directions[3];  // of the links, the same for all probes
+    std::vector<glm::vec3> emission;   // of what the links lead to, cd/m²; empty: nothing emits
     std::size_t size() const { return static_cast<std::size_t>(count.x * count.y * count.z); }
 };
 inline constexpr int kMostProbes = 4096, kProbeLinks = 64;
@@ -32,15 +32,25 @@ inline constexpr int kMostOutside = 8;
 AirBox air_box(const trace::Geometry& geometry, const glm::vec3& eye);
 Probes make_probes(const transport::Transport::Surface& surface, const AirBox& box, Pool& pool);
 
-// glow: by probe, what of the light there the phase function sends to an eye, over what it would send of the same light
-// from everywhere: radiance, rgb, in the unit of `sent`. All rays that an eye sends through a probe come from one
-// direction, about. sent: by the surfels, pi × radiance. emission: that of the probes counts too.
+// By probe, what of the light there the phase function sends to an eye, over what it would send of the same light from
+// everywhere: radiance, rgb.
+using Glow = std::vector<glm::vec3>;
+// glow: in the unit of `sent`. All rays that an eye sends through a probe come from one direction, about. sent: by the
+// surfels, pi × radiance. emission: that of the probes counts too.
 void glow_of(const Probes& probes, std::span<const glm::vec4> sent, bool emission, const glm::vec3& eye, float g,
-             std::vector<glm::vec3>& glow, Pool& pool);
+             Glow& glow, Pool& pool);
 
-// Adds to planes, rgb by ray of the view, what the rays collect of the glow, scattered once towards the eye, × unit.
-// Seven parameters: where the glow is known and what it is, the air, along what, how much, and where it goes.
-void add_glow(const Probes& probes, std::span<const glm::vec3> glow, const Air& air, const AirView& view, float unit,
-              Planes& planes, Pool& pool);
+// The same as RGB9_E5, × unit: to 0.2 % of a probe's greatest channel.
+struct GlowWords {
+    std::vector<std::uint32_t> words;
+    float unit = 1.0f;
+};
+GlowWords words_of(const Glow& glow);
+
+// Adds to rgb what the rays collect of the glow, scattered once towards the eye. first, count: of the rays, multiples
+// of kSimdWidth. Any thread. Seven parameters: where the glow is known and what it is, the air, along what, which part,
+// and where it goes.
+void add_glow(const Probes& probes, const GlowWords& glow, const Air& air, const AirRays& rays, std::size_t first,
+              std::size_t count, float* const* rgb);
 
 }  // namespace gonio::lighting

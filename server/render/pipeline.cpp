@@ -146,10 +146,10 @@ struct Builder {
         add_cpu("haze-probes", probes, {}, std::move(filled),
                 [context = context] { return run_probes(context, *context.probes); });
         const auto add_glow = [&](std::string name, std::uint32_t id, SlotRef solved,
-                                  const transport::Irradiance& light, lighting::Planes& out) {
+                                  const transport::Irradiance& light, lighting::Glow& out) {
             add_cpu(std::move(name), per_target(Slot::glow, id), {solved, probes, view}, {scene.haze_rev},
-                    [context = context, &light, &air, &out, emission = id == kEmitted] {
-                        return run_glow(context, *context.probes, light, emission, air.view, out);
+                    [context = context, &light, &out, emission = id == kEmitted] {
+                        return run_glow(context, *context.probes, light, emission, out);
                     });
         };
         air.beams.resize(kMostLayers), air.glow.resize(kMostLayers);

@@ -115,28 +115,31 @@ PassRun run_airlight_summed(const PassContext& context, std::span<const LightGpu
 }
 
 PassRun run_glow(const PassContext& context, const lighting::Probes& probes, const transport::Irradiance& light,
-                 bool emission, const lighting::AirView& view, lighting::Planes& out) {
-    out.assign(3, std::vector<float>(view.rays.size(), 0.0f));
+                 bool emission, lighting::Glow& out) {
+    out.clear();
     if (!context.has_surfels() || light.direct.empty() || context.bounces == 0) return {};
-    std::vector<glm::vec4> sent;
-    std::vector<glm::vec3> glow;
+    static thread_local std::vector<glm::vec4> sent;  // this thread's, in jobs too
     transport::radiosity(context.transport->surface->surfels, 1.0f, light.direct, light.indirect, sent, context.pool);
     lighting::glow_of(probes, sent, emission, context.traced.local(context.eye.position),
-                      static_cast<float>(context.haze.g), glow, context.pool);
-    lighting::add_glow(probes, glow, lighting::air_of(context.haze), view, 1.0f, out, context.pool);
+                      static_cast<float>(context.haze.g), out, context.pool);
     return {};
 }
 
 namespace {
 
-// What is added up: values by ray, of one channel or of three, and their weight; and what is near luminaires.
+// What is added up, and its weight: values by ray, of one channel or of three, what is near luminaires, and glow.
 struct Term {
     const std::vector<float>* planes[3];
+    glm::vec3 weight;
+};
+struct GlowTerm {
+    const lighting::Glow* glow;
     glm::vec3 weight;
 };
 struct Terms {
     std::vector<Term> rays;
     std::vector<lighting::AirLight::Near> near;
+    std::vector<GlowTerm> glow;
 
     void add(const lighting::Beam& beam, const glm::vec3& weight) {
         if (weight == glm::vec3(0.0f)) return;
@@ -146,6 +149,9 @@ struct Terms {
     void add(const lighting::Planes& planes, const glm::vec3& weight) {
         if (weight != glm::vec3(0.0f) && planes.size() == 3)
             rays.push_back({{&planes[0], &planes[1], &planes[2]}, weight});
+    }
+    void add(const lighting::Glow& added, const glm::vec3& weight) {
+        if (weight != glm::vec3(0.0f) && !added.empty()) glow.push_back({&added, weight});
     }
 };
 
@@ -189,21 +195,32 @@ Terms terms_of(const PassContext& context, std::span<const LightGpu* const> ligh
     return terms;
 }
 
-// Result: it stands until this thread asks again.
-const lighting::Planes& sum_of(const Terms& terms, std::size_t rays, Pool& pool) {
+// Result: what the rays of the view collect; it stands until this thread asks again.
+const lighting::Planes& sum_of(const PassContext& context, const Terms& terms, const lighting::AirRays& rays) {
     static thread_local lighting::Planes kept(3);
+    static thread_local lighting::Glow kept_glow;
     lighting::Planes& sum = kept;  // this thread's, in jobs too
-    for (std::vector<float>& plane : sum) plane.resize(rays);
-    pool.run_chunks(rays, 1024, [&](std::size_t first, std::size_t size) {
+    lighting::Glow& glow = kept_glow;
+    for (std::vector<float>& plane : sum) plane.resize(rays.size());
+    glow.assign(terms.glow.empty() ? 0 : context.probes->size(), glm::vec3(0.0f));
+    for (const auto& [own, weight] : terms.glow)
+        for (std::size_t i = 0; i < std::min(own->size(), glow.size()); ++i) glow[i] += weight * (*own)[i];
+    const lighting::GlowWords words = lighting::words_of(glow);
+    const lighting::Air air = lighting::air_of(context.haze);
+    constexpr std::size_t kChunk = 64 * lighting::kSimdWidth;
+    context.pool.run_chunks(rays.size(), kChunk, [&](std::size_t first, std::size_t size) {
+        float* const rgb[3] = {sum[0].data(), sum[1].data(), sum[2].data()};
         for (std::size_t k = 0; k < 3; ++k) {
-            float* const to = sum[k].data() + first;
-            std::fill_n(to, size, 0.0f);
+            std::fill_n(rgb[k] + first, size, 0.0f);
             for (const Term& term : terms.rays) {
-                if (term.planes[k]->size() < rays) continue;
-                lighting::add_scaled(term.planes[k]->data() + first, term.weight[static_cast<int>(k)], size, to);
+                if (term.planes[k]->size() < rays.size()) continue;
+                lighting::add_scaled(term.planes[k]->data() + first, term.weight[static_cast<int>(k)], size,
+                                     rgb[k] + first);
             }
-            for (std::size_t p = 0; p < size; ++p) to[p] = std::max(to[p], 0.0f);
         }
+        if (!glow.empty()) lighting::add_glow(*context.probes, words, air, rays, first, size, rgb);
+        for (float* const plane : rgb)
+            for (std::size_t i = first; i < first + size; ++i) plane[i] = std::max(plane[i], 0.0f);
     });
     return sum;
 }
@@ -220,8 +237,7 @@ const lighting::AirPicture* air_picture(const PassContext& context, View view, s
     const std::array<std::uint64_t, 2> passes_of{key[0], context.scene.haze_rev};
     context.pass_cache.hold(made, std::move(key));
     lighting::show_air(surfaces.gbuffer, lighting::air_of(context.haze), air.view,
-                       {sum_of(terms, air.view.rays.size(), context.pool), terms.near}, passes_of, air.picture,
-                       context.pool);
+                       {sum_of(context, terms, air.view.rays), terms.near}, passes_of, air.picture, context.pool);
     return &air.picture;
 }
 
@@ -233,8 +249,8 @@ std::vector<glm::vec3> shown_beams(const PassContext& context, std::span<const L
     std::vector<std::uint64_t> key;
     const Terms terms = terms_of(context, lights, light, air, false, key);
     lighting::AirPicture picture;
-    lighting::show_air(s, lighting::air_of(context.haze), air.view,
-                       {sum_of(terms, air.view.rays.size(), context.pool), terms.near}, {}, picture, context.pool);
+    lighting::show_air(s, lighting::air_of(context.haze), air.view, {sum_of(context, terms, air.view.rays), terms.near},
+                       {}, picture, context.pool);
     const auto rows = static_cast<std::size_t>(s.height), columns = static_cast<std::size_t>(s.width);
     for (std::size_t y = 0; y < rows; ++y)
         for (std::size_t x = 0; x < columns; ++x)

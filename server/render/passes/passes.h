@@ -147,8 +147,8 @@ inline bool shows_air(View view) {
     return view == View::beauty || view == View::luminance;
 }
 // Haze (server/lighting/airlight.h, server/lighting/glow.h). How far a luminaire's light goes, and what of it the air
-// scatters onto surfels. Which surfels points in the air see. Along the picture's rays what is scattered to the eye: of
-// a luminaire, of those that are summed, and of the light of surfaces, with emission of emissive ones.
+// scatters onto surfels. Which surfels points in the air see. What is scattered to the eye: along the picture's rays of
+// a luminaire or of those that are summed; at the points of the light of surfaces, with emission of emissive ones.
 PassRun run_distances(const PassContext& context, const Light& light, LightGpu& gpu);
 PassRun run_haze_surfels(const PassContext& context, const Light& light, LightGpu& gpu);
 PassRun run_haze_points(const PassContext& context, lighting::HazePoints& points);
@@ -160,7 +160,7 @@ PassRun run_airlight(const PassContext& context, const Light& light, const Light
 PassRun run_airlight_summed(const PassContext& context, std::span<const LightGpu* const> lights,
                             const Surfaces& surfaces, ScreenAir& air);
 PassRun run_glow(const PassContext& context, const lighting::Probes& probes, const transport::Irradiance& light,
-                 bool emission, const lighting::AirView& view, lighting::Planes& out);
+                 bool emission, lighting::Glow& out);
 // Of the composite: all luminaires' at their weights, where they or the surfaces are new. Result: null: there is none.
 const lighting::AirPicture* air_picture(const PassContext& context, View view, std::span<const LightGpu* const> lights,
                                         const Surfaces& surfaces, const PixelLight& light, ScreenAir& air);

@@ -118,7 +118,7 @@ struct MeterLight {
     lighting::LinkEnds ends;
 };
 
-// Of the passes of haze, along the rays of the view. Units: as of the light that is scattered.
+// Of the passes of haze, along the rays of the view or at its probes. Units: as of the light that is scattered.
 struct ScreenAir {
     lighting::AirView view;
     std::vector<lighting::Beam> beams;  // by layer: of a luminaire
@@ -128,8 +128,8 @@ struct ScreenAir {
         glm::vec3 weight;
     };
     std::vector<SummedNear> summed_near;  // of the same luminaires
-    std::vector<lighting::Planes> glow;   // by layer: rgb, of the light of surfaces
-    lighting::Planes merged_glow, summed_glow, emitted_glow;
+    std::vector<lighting::Glow> glow;     // by layer: of the light of surfaces
+    lighting::Glow merged_glow, summed_glow, emitted_glow;
     lighting::AirPicture picture;  // Slot::air_picture
     gl::Texture texture;           // the same, RGBA16F, where shaders composite
 };
