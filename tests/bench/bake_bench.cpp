@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <ostream>
@@ -35,7 +36,7 @@ struct Baked {
     std::vector<float> direct, indirect;  // of texels, at the scene's levels, three channels
     std::vector<double> mean_bounces_lx;
     double mean_direct_lx = 0.0, mean_lx = 0.0, error_lx = 0.0;
-    double layout_s = 0.0, seconds = 0.0;
+    double layout_s = 0.0, seconds = 0.0, cpu_s = 0.0;
     std::uint64_t rays = 0;
 };
 
@@ -49,6 +50,7 @@ Baked bake_in_memory(const Scene& scene, const bake::BakeSettings& settings, std
     Baked baked;
     bake::Work work;
     const std::int64_t begin_ns = monotonic_ns();
+    const std::clock_t begin_cpu = std::clock();
     baked.geometry = trace::geometry_of(scene);
     baked.layout = value_of(bake::lay_out(scene, *baked.geometry, settings, work));
     baked.layout_s = seconds_since(begin_ns);
@@ -82,6 +84,7 @@ Baked bake_in_memory(const Scene& scene, const bake::BakeSettings& settings, std
     baked.error_lx = std::sqrt(bake::mean_over_area(baked.layout, error2, 1));
     baked.rays = work.rays;
     baked.seconds = seconds_since(begin_ns);
+    baked.cpu_s = static_cast<double>(std::clock() - begin_cpu) / CLOCKS_PER_SEC;
     return baked;
 }
 
@@ -270,6 +273,7 @@ nlohmann::json seed_case(const BakeBenchOptions& options, std::ostream* line, st
                         {"side", settings.atlas.width},
                         {"texels", baked.layout.atlas.texels.size()},
                         {"seconds", baked.seconds},
+                        {"cpu_s", baked.cpu_s},
                         {"seconds_whole", baked.seconds / (options.share * options.share)},
                         {"rays_per_s", static_cast<double>(baked.rays) / baked.seconds},
                         {"mean_direct_lx", baked.mean_direct_lx},
@@ -278,7 +282,7 @@ nlohmann::json seed_case(const BakeBenchOptions& options, std::ostream* line, st
         const nlohmann::json& row = rows.back();
         if (line != nullptr)
             *line << (air ? "with air: " : "without air: ") << row["side"] << " texels a side, " << row["seconds"]
-                  << " s (" << row["seconds_whole"] << " s for " << kSeedSide << "), "
+                  << " s (" << row["seconds_whole"] << " s for " << kSeedSide << "; " << row["cpu_s"] << " s of CPU), "
                   << row["rays_per_s"].get<double>() * 1e-6 << " M rays/s, mean direct " << row["mean_direct_lx"]
                   << " lx, all " << row["mean_lx"] << " lx, sent over the product of means " << row["sent_over_product"]
                   << std::endl;
