@@ -245,6 +245,9 @@ std::vector<float> means_near(const GBuffer& s, const AirView& view, const Airli
     return means;
 }
 
+// A ray by a luminaire sees it from all of π: forward peaks of the phase function are a few such steps wide.
+constexpr unsigned kNearSamples = 21;
+
 void find_near(const GBuffer& s, const AirView& view, const AirlightSource& source, unsigned samples, Beam& beam,
                Pool& pool) {
     NearAir& near = beam.near;
@@ -256,7 +259,7 @@ void find_near(const GBuffer& s, const AirView& view, const AirlightSource& sour
         high = glm::min(middle + NearAir::kHalf_px, glm::ivec2(s.width, s.height));
     if (low.x >= high.x || low.y >= high.y) return;
     near.x = low.x, near.y = low.y, near.width = high.x - low.x, near.height = high.y - low.y;
-    near.values = means_near(s, view, source, samples, near, *place, pool);
+    near.values = means_near(s, view, source, std::max(samples, kNearSamples), near, *place, pool);
     const auto width = static_cast<std::size_t>(near.width), height = static_cast<std::size_t>(near.height);
     // What comes to each of the view's rays.
     const bool grid = view.step > 1;

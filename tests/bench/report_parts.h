@@ -23,9 +23,10 @@ std::string head_of(const std::vector<std::string>& cells);
 const Json& one_where(const Json& rows, const std::map<std::string, Json>& fields);
 const Json& row_where(const Json& file, const std::map<std::string, Json>& fields);
 
-// What a folder of results holds. stress, stream: null where they were not run.
+// What a folder of results holds. Of stress and the rest of its line: null where they were not run.
 struct Saved {
-    Json frames, lights, scaling, pareto, machine, refinement, transport, stress, stream;
+    Json frames, lights, scaling, pareto, machine, refinement, transport;
+    Json stress, stream, haze, haze_lights, clear_lights, with_panel, with_haze, bake, bake_reference;
     std::string ies;  // as ies-bench prints it
 };
 
@@ -40,7 +41,12 @@ std::string lights_table(const Json& lights);
 std::string refinement_table(const Json& refinement);
 std::string transport_table(const Json& transport);
 std::string pareto_table(const Json& pareto);
-std::string accuracy_table(const Json& pareto);  // of the default technique, against all bounces
+std::string accuracy_table(const Json& pareto);  // of the default technique, against all bounces; null: none
+// Beams in haze; 16 luminaires without and with it; maps, and the seed's case of them.
+std::string beams_table(const Json& haze);
+std::string haze_rates_table(const Json& clear, const Json& hazy);
+std::string bakes_table(const Json& bake);
+std::string seed_bake_table(const Json& reference);
 std::string stress_table(const Json& stress);
 std::string stream_table(const Json& stream);
 // Result: the least time of this name that the seed technique's 400 samples took in a scene anywhere, ms: what held
