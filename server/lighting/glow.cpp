@@ -223,17 +223,17 @@ void glow_of(const Probes& probes, std::span<const glm::vec4> sent, bool emissio
     });
 }
 
-void add_glow(const Probes& probes, const GlowWords& glow, const Air& air, const AirRays& rays, std::size_t first,
+void add_glow(const Probes& probes, const PackedGlow& glow, const Air& air, const AirRays& rays, std::size_t first,
               std::size_t count, float* const* rgb) {
     for (std::size_t i = first; i < first + count; i += kSimdWidth)
         HWY_DYNAMIC_DISPATCH(GlowAlong)(probes, glow.words.data(), glow.unit, air, rays, i, rgb);
 }
 
-GlowWords words_of(const Glow& glow) {
+PackedGlow pack_glow(const Glow& glow) {
     constexpr float kGreatest = 32768.0f;  // that GLM packs; the least but 0 is 2^-24
     float most = 0.0f;
     for (const glm::vec3& rgb : glow) most = std::max({most, rgb.x, rgb.y, rgb.z});
-    GlowWords result;
+    PackedGlow result;
     result.unit = std::isfinite(most) && most > 0.0f ? most / kGreatest : 1.0f;
     for (const glm::vec3& rgb : glow) result.words.push_back(glm::packF3x9_E1x5(rgb / result.unit));
     return result;

@@ -41,16 +41,16 @@ void glow_of(const Probes& probes, std::span<const glm::vec4> sent, bool emissio
              Glow& glow, Pool& pool);
 
 // The same as RGB9_E5, × unit: to 0.2 % of a probe's greatest channel.
-struct GlowWords {
+struct PackedGlow {
     std::vector<std::uint32_t> words;
     float unit = 1.0f;
 };
-GlowWords words_of(const Glow& glow);
+PackedGlow pack_glow(const Glow& glow);
 
 // Adds to rgb what the rays collect of the glow, scattered once towards the eye. first, count: of the rays, multiples
 // of kSimdWidth. Any thread. Seven parameters: where the glow is known and what it is, the air, along what, which part,
 // and where it goes.
-void add_glow(const Probes& probes, const GlowWords& glow, const Air& air, const AirRays& rays, std::size_t first,
+void add_glow(const Probes& probes, const PackedGlow& glow, const Air& air, const AirRays& rays, std::size_t first,
               std::size_t count, float* const* rgb);
 
 }  // namespace gonio::lighting

@@ -205,7 +205,7 @@ const lighting::Planes& sum_of(const PassContext& context, const Terms& terms, c
     glow.assign(terms.glow.empty() ? 0 : context.probes->size(), glm::vec3(0.0f));
     for (const auto& [own, weight] : terms.glow)
         for (std::size_t i = 0; i < std::min(own->size(), glow.size()); ++i) glow[i] += weight * (*own)[i];
-    const lighting::GlowWords words = lighting::words_of(glow);
+    const lighting::PackedGlow packed = lighting::pack_glow(glow);
     const lighting::Air air = lighting::air_of(context.haze);
     constexpr std::size_t kChunk = 64 * lighting::kSimdWidth;
     context.pool.run_chunks(rays.size(), kChunk, [&](std::size_t first, std::size_t size) {
@@ -218,7 +218,7 @@ const lighting::Planes& sum_of(const PassContext& context, const Terms& terms, c
                                      rgb[k] + first);
             }
         }
-        if (!glow.empty()) lighting::add_glow(*context.probes, words, air, rays, first, size, rgb);
+        if (!glow.empty()) lighting::add_glow(*context.probes, packed, air, rays, first, size, rgb);
         for (float* const plane : rgb)
             for (std::size_t i = first; i < first + size; ++i) plane[i] = std::max(plane[i], 0.0f);
     });
