@@ -91,6 +91,14 @@ constexpr WordRow kWatchOptions[] = {
     {"--frames", "N", count, "", "ends after N frames, N above 0; default: when interrupted"},
     {"--out", "FILE", text, "", "writes the video there, as raw H.264"},
 };
+constexpr WordRow kRelayOptions[] = {
+    {"--rtp", "HOST:PORT", text, "", "sends RTP there, and RTCP to the port after it"},
+    {"--rtcp", "PORT", count, "", "of this machine, at which receivers ask for key frames; default: any free one"},
+    {"--sdp", "FILE", text, "", "writes there what receivers open the RTP by; default: prints it"},
+    {"--annexb", "", flag, "", "writes raw H.264 to standard output"},
+    {"--key-every", "S", number, "", "seconds at most between key frames, 0.5 to 60; default 2"},
+    {"--frames", "N", count, "", "ends after N frames, N above 0; default: when interrupted"},
+};
 
 constexpr WordRow kPlace[] = {
     {"X", "", ratio, "x", "from the picture's left edge, 0 to 1 or 0% to 100%"},
@@ -183,6 +191,11 @@ constexpr WordCommand kCommands[] = {
      kDoctor,
      {}},
     {"watch", "", "prints one JSON line for each change and frame", {}, kWatchOptions},
+    {"relay",
+     "",
+     "passes the frames on as they are, to a media server with many viewers or to another program",
+     {},
+     kRelayOptions},
 };
 constexpr WordCommand kGet = {"get", "get_state", "prints the state, or a part of it, as JSON", kPath, {}};
 

@@ -386,6 +386,7 @@ int run_command(const Session& session, const ReadWords& words) {
                             {"report", report},
                             {"stats", stats},
                             {"watch", watch},
+                            {"relay", relay},
                             {"sources", sources},
                             {"patch", patch},
                             {"surfaces", surfaces},

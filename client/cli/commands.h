@@ -32,4 +32,7 @@ int control(const Session& session, const ReadWords& words);
 // `gonio watch`: prints a line for each change and frame. Result: the exit code.
 int watch(const Session& session, const ReadWords& words);
 
+// `gonio relay`: passes the pictures on as RTP or as a byte stream, until it is interrupted. Result: the exit code.
+int relay(const Session& session, const ReadWords& words);
+
 }  // namespace gonio

@@ -55,7 +55,9 @@ public:
         std::optional<error_code> result;
         start([&result](error_code error) { result = error; });
         context_.restart();
-        context_.run_for(std::max(time, std::chrono::steady_clock::duration::zero()));
+        const auto deadline = std::chrono::steady_clock::now() + time;
+        while (!result && context_.run_one_until(deadline) > 0) {
+        }  // a read may be on its way beside it
         if (result) return *result;
         lowest.close();
         context_.restart();
@@ -113,6 +115,12 @@ public:
             if (error) return unreachable(error);
         }
         return true;
+    }
+
+    // Does what can be done without waiting.
+    void poll() {
+        context_.restart();
+        context_.poll();
     }
 
 private:

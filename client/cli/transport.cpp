@@ -102,6 +102,21 @@ public:
         return true;
     }
     Result<ServerEvent> next() override { return read(kForever); }
+    Result<std::optional<ServerEvent>> next_arrived() override {
+        if (!reading_) {
+            buffer_.consume(buffer_.size());
+            arrived_.reset();
+            reading_ = true;
+            socket_.async_read(buffer_, [this](error_code error, std::size_t) { arrived_ = error; });
+        }
+        link_.poll();
+        if (!arrived_) return std::optional<ServerEvent>();
+        reading_ = false;
+        auto event = read_buffer(*arrived_);
+        if (!event) return event.error();
+        return std::optional(std::move(*event));
+    }
+    int descriptor() override { return beast::get_lowest_layer(socket_).socket().native_handle(); }
 
 private:
     template <typename Start>
@@ -111,8 +126,12 @@ private:
 
     Result<ServerEvent> read(std::chrono::steady_clock::duration time) {
         buffer_.consume(buffer_.size());
-        const error_code error =
-            run(time, [&](auto done) { socket_.async_read(buffer_, [done](error_code e, std::size_t) { done(e); }); });
+        return read_buffer(
+            run(time, [&](auto done) { socket_.async_read(buffer_, [done](error_code e, std::size_t) { done(e); }); }));
+    }
+
+    // Result: what was read into the buffer, if it was.
+    Result<ServerEvent> read_buffer(const error_code& error) const {
         if (error == websocket::error::closed && socket_.reason().code >= kFirstPrivateCloseCode)
             return Error{"refused", "close " + std::to_string(socket_.reason().code), where_,
                          "The server closed the connection: " + std::string(socket_.reason().reason.c_str()) + "."};
@@ -144,6 +163,8 @@ private:
     beast::flat_buffer buffer_;
     std::string where_;
     std::uint32_t last_request_id_ = 0;
+    bool reading_ = false;               // of next_arrived()
+    std::optional<error_code> arrived_;  // how that read ended
 };
 
 }  // namespace

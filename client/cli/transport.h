@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -52,6 +53,11 @@ public:
     virtual Result<bool> say(const v1::ClientMessage& message) = 0;
     // Result: the next event, however long it takes. Errors: "unreachable".
     virtual Result<ServerEvent> next() = 0;
+    // Result: the next event, where it has arrived whole; it does not wait. From the first call on neither `ask` nor
+    // `next` can be called. Errors: "unreachable".
+    virtual Result<std::optional<ServerEvent>> next_arrived() = 0;
+    // For poll(): readable when more arrives. The one who polls has called next_arrived() until there was nothing.
+    virtual int descriptor() = 0;
 };
 
 // Sends the file to the server under the name, for `load scene upload:NAME`. Errors: "file_unreadable", "unreachable",

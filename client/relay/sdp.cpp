@@ -1,0 +1,42 @@
+#include "client/relay/sdp.h"
+
+#include <cstdio>
+
+#include "client/relay/rtp.h"
+
+namespace gonio {
+
+std::string base64(Bytes bytes) {
+    constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        const auto byte = [&](std::size_t at) {
+            return at < bytes.size() ? std::to_integer<std::uint32_t>(bytes[at]) : 0u;
+        };
+        const std::uint32_t group = byte(i) << 16 | byte(i + 1) << 8 | byte(i + 2);
+        text += kDigits[group >> 18];
+        text += kDigits[group >> 12 & 63];
+        text += i + 1 < bytes.size() ? kDigits[group >> 6 & 63] : '=';
+        text += i + 2 < bytes.size() ? kDigits[group & 63] : '=';
+    }
+    return text;
+}
+
+std::string session_description(const StreamAddress& to, std::uint32_t session_id, const ParameterSets& sets) {
+    const std::string family = to.ipv6 ? "IN IP6 " : "IN IP4 ";
+    const std::string type = std::to_string(kPayloadType);
+    std::string format = "packetization-mode=1";
+    if (sets.sps.size() >= 4) {
+        char profile[16];  // profile_idc, constraint flags and level_idc, as in the SPS
+        std::snprintf(profile, sizeof profile, "%02x%02x%02x", std::to_integer<unsigned>(sets.sps[1]),
+                      std::to_integer<unsigned>(sets.sps[2]), std::to_integer<unsigned>(sets.sps[3]));
+        format += std::string(";profile-level-id=") + profile;
+        if (!sets.pps.empty()) format += ";sprop-parameter-sets=" + base64(sets.sps) + "," + base64(sets.pps);
+    }
+    return "v=0\r\no=- " + std::to_string(session_id) + " 1 " + family + to.host + "\r\ns=Gonio\r\nc=" + family +
+           to.host + "\r\nt=0 0\r\nm=video " + std::to_string(to.port) + " RTP/AVPF " + type + "\r\na=rtpmap:" + type +
+           " H264/" + std::to_string(kRtpClockHz) + "\r\na=fmtp:" + type + " " + format + "\r\na=rtcp-fb:" + type +
+           " nack pli\r\na=rtcp-fb:" + type + " ccm fir\r\na=recvonly\r\n";
+}
+
+}  // namespace gonio
