@@ -16,6 +16,9 @@ import tempfile
 import time
 import unittest
 
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from goniod import Goniod  # noqa: E402
+
 GONIOD, GONIO = (str(pathlib.Path(program).resolve()) for program in sys.argv[1:3])
 IDR, SPS, STAP_A, FU_A = 5, 7, 24, 28
 
@@ -82,32 +85,10 @@ class Receiver:
         return [picture for picture in self.pictures if IDR in picture[2]]
 
 
-class Goniod:
-    """A server at one port, that can be killed and started again."""
-
-    def __init__(self, *options):
-        with socket.socket() as free:
-            free.bind(('127.0.0.1', 0))
-            self.listen = f'127.0.0.1:{free.getsockname()[1]}'
-        self.options = options
-        self.start()
-
-    def start(self):
-        self.process = subprocess.Popen([GONIOD, '--listen', self.listen, *self.options], stdout=subprocess.PIPE,
-                                        stderr=subprocess.DEVNULL, text=True)
-        self.url = self.process.stdout.readline().removeprefix('READY ').strip()
-        assert self.url, 'goniod does not start'
-
-    def stop(self, how=signal.SIGTERM):
-        self.process.send_signal(how)
-        self.process.wait()
-        self.process.stdout.close()
-
-
 class Relays(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.goniod = Goniod('--size', '320x240', '--renderer', 'null', '--key-interval', '0.1')
+        cls.goniod = Goniod(GONIOD, '--size', '320x240', '--renderer', 'null', '--key-interval', '0.1')
         cls.addClassCleanup(cls.goniod.stop)
 
     def setUp(self):
