@@ -5,6 +5,7 @@ import socket
 import struct
 import subprocess
 import threading
+import time
 
 
 def free_port(kind=socket.SOCK_STREAM):
@@ -30,21 +31,34 @@ class Goniod:
 
 
 class Mover:
-    """Rides the level of a light by OSC, 40 times a second."""
+    """Sets the level of a light by OSC: rides it 40 times a second, or steps between dark and bright every 0.9 s."""
 
-    def __init__(self, port, light='luminaire'):
+    def __init__(self, port, steps=False, light='luminaire'):
+        name = f'/light/{light}/level'.encode()
+        self.message = name + b'\0' * (4 - len(name) % 4) + b',f\0\0'
+        self.to = '127.0.0.1', port
+        self.stepped = []  # when it became bright, s since 1970
         self.over = threading.Event()
-        self.thread = threading.Thread(target=self.ride, args=(port, light))
+        self.thread = threading.Thread(target=self.step if steps else self.ride)
         self.thread.start()
 
-    def ride(self, port, light):
-        name = f'/light/{light}/level'.encode()
-        name += b'\0' * (4 - len(name) % 4)
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as to:
-            turn = 0
-            while not self.over.wait(1 / 40):
-                turn += 1
-                to.sendto(name + b',f\0\0' + struct.pack('>f', 0.6 + 0.4 * math.sin(turn / 20)), ('127.0.0.1', port))
+    def set(self, level):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+            sender.sendto(self.message + struct.pack('>f', level), self.to)
+
+    def ride(self):
+        turn = 0
+        while not self.over.wait(1 / 40):
+            turn += 1
+            self.set(0.6 + 0.4 * math.sin(turn / 20))
+
+    def step(self):
+        while not self.over.wait(0.9):
+            self.set(0.02)
+            if self.over.wait(0.9):
+                break
+            self.stepped.append(time.time())
+            self.set(1)
 
     def stop(self):
         self.over.set()

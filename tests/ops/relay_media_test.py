@@ -61,11 +61,11 @@ def quantile(values, share):
 class Recipes(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        osc = free_port(socket.SOCK_DGRAM)
+        osc = cls.osc = free_port(socket.SOCK_DGRAM)
         cls.goniod = Goniod(GONIOD, '--scene', 'cornell', '--size', '{}x{}'.format(*SIZE), '--target-fps', '30', '--osc', f'127.0.0.1:{osc}')
         cls.addClassCleanup(cls.goniod.stop)
-        mover = Mover(osc)
-        cls.addClassCleanup(mover.stop)
+        cls.mover = Mover(osc)
+        cls.addClassCleanup(lambda: cls.mover.stop())
         cls.shift = shift_of_ports()
 
     def setUp(self):
@@ -183,7 +183,7 @@ class Recipes(unittest.TestCase):
         got = subprocess.run([GONIO, '--server', self.goniod.url, '--json', 'stats'], capture_output=True, text=True, check=True, timeout=30)
         return json.loads(got.stdout)
 
-    def browse(self, receivers):
+    def browse(self, receivers, more=''):
         """Chromium with so many receivers. Result: what each saw."""
         page = (HERE / 'relay/page.html').read_bytes()
         done = threading.Event()
@@ -208,9 +208,9 @@ class Recipes(unittest.TestCase):
 
         server = http.server.ThreadingHTTPServer(('127.0.0.1', 0), Handler)
         threading.Thread(target=server.serve_forever).start()
-        query = f'janus={self.here("18088")}&receivers={receivers}&seconds={SECONDS}'
+        query = f'janus={self.here("18088")}&receivers={receivers}&seconds={SECONDS}{more}'
         browser = subprocess.Popen(
-            [CHROMIUM, '--headless=new', '--no-sandbox', '--disable-gpu', f'--user-data-dir={self.folder}/profile{receivers}',
+            [CHROMIUM, '--headless=new', '--no-sandbox', '--disable-gpu', f'--user-data-dir={self.folder}/profile{receivers}{more}',
              '--allow-loopback-in-peer-connection', '--disable-features=WebRtcHideLocalIpsWithMdns', '--autoplay-policy=no-user-gesture-required',
              f'http://127.0.0.1:{server.server_address[1]}/?{query}'],
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
@@ -222,6 +222,20 @@ class Recipes(unittest.TestCase):
             server.server_close()
         self.assertIsInstance(answer[0], list, answer[0])
         return answer[0]
+
+    def to_the_canvas(self):
+        """From the OSC message that makes the light bright to the picture on the page that shows it."""
+        self.mover.stop()
+        type(self).mover = Mover(self.osc, steps=True)
+        seen = self.browse(1, '&bright')[0]['bright']
+        self.mover.stop()
+        middle = (min(value for _, value in seen) + max(value for _, value in seen)) / 2
+        brightened = [after[0] for before, after in zip(seen, seen[1:]) if before[1] < middle <= after[1]]
+        took = [min(ms - 1e3 * at for ms in brightened if ms > 1e3 * at) for at in self.mover.stepped if 1e3 * at < brightened[-1]]
+        took = [ms for ms in took if ms < 900]  # before the page was there the first is late
+        print(f'from a command to the canvas: {len(took)} times, p50 {quantile(took, 0.5):.0f}, p95 {quantile(took, 0.95):.0f} ms', flush=True)
+        self.assertGreaterEqual(len(took), 3, (self.mover.stepped, seen))
+        type(self).mover = Mover(self.osc)
 
     def test_janus_serves_browsers(self):
         *files, commands = section('Janus: WebRTC for browsers')
@@ -263,6 +277,7 @@ class Recipes(unittest.TestCase):
                 self.assertEqual((one['frameWidth'], one['frameHeight']), SIZE)
             self.assertLessEqual(lost, received / 100)
             self.assertEqual(after['clients'], 2, 'to goniod all are one viewer; the other one asks for this')
+        self.to_the_canvas()
         self.end(shell)
         (counts,) = re.findall(r'^gonio: (pictures .*)', self.log(), re.M)
         print(f'the relay: {counts}', flush=True)
