@@ -140,8 +140,9 @@ std::vector<std::vector<std::string>> shell_commands(const std::string& line) {
                 commands.back().pop_back();
                 word.clear();
             }
-            if (!word.empty() && word != "&&") commands.back().push_back(word);
-            if (c == ';' || word == "&&") commands.emplace_back();
+            const bool joint = word == "&&" || word == "|";
+            if (!word.empty() && !joint) commands.back().push_back(word);
+            if (c == ';' || joint) commands.emplace_back();
             word.clear();
         }
     }
