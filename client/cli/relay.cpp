@@ -1,5 +1,8 @@
 // `gonio relay`: a viewer whose pictures go on, as they are, to one receiver that has viewers of its own.
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <poll.h>
+#include <sys/socket.h>
 
 #include <array>
 #include <cerrno>
@@ -24,8 +27,8 @@ namespace {
 
 constexpr std::uint64_t kMs = 1'000'000, kSecond = 1'000'000'000;
 constexpr std::uint64_t kFirstPause = kSecond / 2, kLongestPause = 8 * kSecond;  // between attempts to connect
-constexpr std::uint64_t kPatience = 10 * kSecond;                                // with a server that shows nothing
-constexpr std::uint64_t kNoteEvery = 10 * kSecond;                               // of packets that were not sent
+constexpr std::uint64_t kPatience = 10 * kSecond;   // with a server that shows nothing, or makes no key frame
+constexpr std::uint64_t kNoteEvery = 10 * kSecond;  // of packets that were not sent
 constexpr std::size_t kMaxPictureBytes = 16u << 20;
 constexpr int kEventsATurn = 64, kTurnMs = 50;
 
@@ -36,10 +39,23 @@ std::uint64_t now_ns() {
     return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(since).count());
 }
 
-// SIGINT and SIGTERM end the loop, so that receivers are told; SIGPIPE is an error of writing.
+// A machine or a network that is gone ends the connection after some 25 s, although it closes nothing.
+void notice_silence(int descriptor) {
+    constexpr int kOn = 1, kIdleS = 10, kIntervalS = 5, kProbes = 3;
+    constexpr unsigned kUnacknowledgedMs = 25'000;
+    setsockopt(descriptor, SOL_SOCKET, SO_KEEPALIVE, &kOn, sizeof kOn);
+    setsockopt(descriptor, IPPROTO_TCP, TCP_KEEPIDLE, &kIdleS, sizeof kIdleS);
+    setsockopt(descriptor, IPPROTO_TCP, TCP_KEEPINTVL, &kIntervalS, sizeof kIntervalS);
+    setsockopt(descriptor, IPPROTO_TCP, TCP_KEEPCNT, &kProbes, sizeof kProbes);
+    setsockopt(descriptor, IPPROTO_TCP, TCP_USER_TIMEOUT, &kUnacknowledgedMs, sizeof kUnacknowledgedMs);
+}
+
+// SIGINT and SIGTERM end the loop, so that receivers are told, a second one the program; SIGPIPE is an error of
+// writing.
 void take_signals() {
     struct sigaction action {};
     action.sa_handler = [](int) { interrupted = 1; };
+    action.sa_flags = static_cast<int>(SA_RESETHAND);
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
     std::signal(SIGPIPE, SIG_IGN);
@@ -90,7 +106,9 @@ public:
         auto opened = Connection::open(session_.address, {session_.token, true, false, "viewer"});
         if (!opened) return opened.error();
         connection_ = std::move(*opened);
+        notice_silence(connection_->descriptor());
         connected_ns_ = now_ns();
+        unanswered_ns_ = 0;
         begun_ = told_of_nothing_ = false;
         return true;
     }
@@ -192,6 +210,7 @@ private:
 
     Result<bool> send(const std::vector<Bytes>& units, std::uint64_t media_ns, bool key) {
         keys_.sent(key, now_ns());
+        if (key) unanswered_ns_ = 0;
         ++counts_.pictures;
         counts_.key_frames += key ? 1 : 0;
         for (const Bytes unit : units) counts_.bytes += unit.size();
@@ -217,6 +236,11 @@ private:
                 return send(with_parameter_sets(nal_units(last_key_), sets_), time_.again(now), true);
             case KeyFrames::Due::ask:
                 break;
+        }
+        if (unanswered_ns_ == 0) unanswered_ns_ = now;
+        if (now - unanswered_ns_ > kPatience) {
+            lose("the server makes no key frame.", 0);
+            return true;
         }
         ++counts_.asked;
         keys_.asked(now);
@@ -286,6 +310,7 @@ private:
     Counts counts_;
     bool begun_ = false;  // this connection had a key frame
     bool told_of_nothing_ = false;
+    std::uint64_t unanswered_ns_ = 0;  // since when a key frame is asked for; 0: it is not
     std::uint64_t connected_ns_ = 0, retry_ns_ = 0, pause_ns_ = kFirstPause, told_unsent_ = 0, told_unsent_ns_ = 0;
 };
 

@@ -178,6 +178,16 @@ class Recipes(unittest.TestCase):
             print(f'RTSP of GStreamer, {transport}: ffprobe knows it after {time.monotonic() - began:.1f} s', flush=True)
         self.checked('RTSP of GStreamer', self.decoded('-rtsp_transport', 'tcp', '-i', url), 30)
 
+    def test_a_server_that_hangs_is_left_and_found_again(self):
+        self.run_block('gonio relay --rtp 127.0.0.1:18064 --sdp hung.sdp')
+        self.until((self.folder / 'hung.sdp').exists, 20, 'an SDP')
+        self.addCleanup(self.goniod.process.send_signal, signal.SIGCONT)
+        time.sleep(1)
+        self.goniod.process.send_signal(signal.SIGSTOP)
+        self.until(lambda: 'makes no key frame' in self.log(), 30, 'it is left')
+        self.goniod.process.send_signal(signal.SIGCONT)
+        self.until(lambda: 'connected again' in self.log(), 30, 'it is found again')
+
     # -------------------------------------------------------------------------------------------------------- Janus
     def stats(self):
         got = subprocess.run([GONIO, '--server', self.goniod.url, '--json', 'stats'], capture_output=True, text=True, check=True, timeout=30)
