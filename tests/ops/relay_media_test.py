@@ -10,6 +10,7 @@ import json
 import os
 import pathlib
 import re
+import select
 import shutil
 import signal
 import socket
@@ -30,6 +31,7 @@ HERE = pathlib.Path(__file__).parent
 PAGE = (HERE.parents[1] / 'docs/relay.md').read_text()
 CHROMIUM = shutil.which('chromium')
 SIZE = 640, 480
+STAP_A = 24  # parameter sets in RTP: a key frame begins
 SECONDS = 10  # that receivers watch
 
 
@@ -56,6 +58,49 @@ def shift_of_ports():
 
 def quantile(values, share):
     return sorted(values)[min(len(values) - 1, int(len(values) * share))] if values else float('nan')
+
+
+class LossyLine:
+    """Passes RTP and RTCP on, RTCP both ways, and loses five packets in a row every two seconds."""
+
+    def __init__(self, port, to):
+        self.keys, self.losses = [], []  # when the first packet of a key frame came, when packets were lost
+        self.over = threading.Event()
+        self.sockets = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(4)]
+        for i, (near, far) in enumerate(zip(self.sockets[:2], self.sockets[2:])):
+            near.bind(('127.0.0.1', port + i))
+            far.bind(('127.0.0.1', 0))
+        self.to = to
+        self.thread = threading.Thread(target=self.carry)
+        self.thread.start()
+
+    def carry(self):
+        rtp, rtcp, to_rtp, to_rtcp = self.sockets
+        sender, losing = None, 0
+        while not self.over.is_set():
+            for one in select.select(self.sockets, [], [], 0.1)[0]:
+                datagram, origin = one.recvfrom(2000)
+                if one is rtcp:
+                    sender = origin
+                    to_rtcp.sendto(datagram, ('127.0.0.1', self.to + 1))
+                elif one is to_rtcp and sender:
+                    rtcp.sendto(datagram, sender)
+                elif one is rtp:
+                    if datagram[12] & 31 == STAP_A:
+                        self.keys.append(time.monotonic())
+                    elif not losing and self.keys and time.monotonic() - max(self.keys + self.losses) > 2:
+                        self.losses.append(time.monotonic())
+                        losing = 5
+                    if losing:
+                        losing -= 1
+                    else:
+                        to_rtp.sendto(datagram, ('127.0.0.1', self.to))
+
+    def stop(self):
+        self.over.set()
+        self.thread.join()
+        for one in self.sockets:
+            one.close()
 
 
 class Recipes(unittest.TestCase):
@@ -247,11 +292,12 @@ class Recipes(unittest.TestCase):
         self.assertGreaterEqual(len(took), 3, (self.mover.stepped, seen))
         type(self).mover = Mover(self.osc)
 
-    def test_janus_serves_browsers(self):
+    def start_janus(self, relay=None):
+        """With the page's relay, or another. Result: the shell of both."""
         *files, commands = section('Janus: WebRTC for browsers')
         for text in files:
             (self.folder / text.split()[1]).write_text(self.here(text))
-        shell = self.run_block(commands)
+        shell = self.run_block(commands if relay is None else commands.splitlines()[0] + '\n' + relay)
         self.until((self.folder / 'janus.sdp').exists, 30, 'an SDP')
         info = self.here('http://127.0.0.1:18088/janus/info')
 
@@ -261,6 +307,23 @@ class Recipes(unittest.TestCase):
             except OSError:
                 return False
         self.until(answers, 30, 'Janus')
+        return shell
+
+    def test_what_is_lost_is_mended_by_pli(self):
+        line = LossyLine(int(self.here('18074')), int(self.here('18004')))
+        self.addCleanup(line.stop)
+        shell = self.start_janus('gonio relay --rtp 127.0.0.1:18074 --key-every 60 --sdp janus.sdp')
+        (seen,) = self.browse(1)
+        self.end(shell)
+        mended = [1e3 * (min(key for key in line.keys if key > at) - at) for at in line.losses if at < line.keys[-1]]
+        print(f'{len(line.losses)} losses of 5 packets: a key frame after p50 {quantile(mended, 0.5):.0f}, p95 {quantile(mended, 0.95):.0f} ms; '
+              f'{seen["pliCount"]} PLI of the browser', flush=True)
+        self.assertGreaterEqual(len(mended), 2, self.log())
+        self.assertGreaterEqual(seen['pliCount'], 2)
+        self.assertGreaterEqual(seen['keyFramesDecoded'], 2)
+
+    def test_janus_serves_browsers(self):
+        shell = self.start_janus()
         ratios = {}
         for receivers in (1, 10):
             before = self.stats()
