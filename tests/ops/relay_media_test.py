@@ -282,15 +282,19 @@ class Recipes(unittest.TestCase):
         """From the OSC message that makes the light bright to the picture on the page that shows it."""
         self.mover.stop()
         type(self).mover = Mover(self.osc, steps=True)
-        seen = self.browse(1, '&bright')[0]['bright']
-        self.mover.stop()
+        try:
+            seen = self.browse(1, '&bright')[0]['bright']
+        finally:
+            steps = self.mover
+            steps.stop()
+            type(self).mover = Mover(self.osc)
+        seen = [one for one in seen if one[1] > 0]  # an empty canvas is black
         middle = (min(value for _, value in seen) + max(value for _, value in seen)) / 2
         brightened = [after[0] for before, after in zip(seen, seen[1:]) if before[1] < middle <= after[1]]
-        took = [min(ms - 1e3 * at for ms in brightened if ms > 1e3 * at) for at in self.mover.stepped if 1e3 * at < brightened[-1]]
+        took = [min(ms - 1e3 * at for ms in brightened if ms > 1e3 * at) for at in steps.stepped if 1e3 * at < brightened[-1]]
         took = [ms for ms in took if ms < 900]  # before the page was there the first is late
         print(f'from a command to the canvas: {len(took)} times, p50 {quantile(took, 0.5):.0f}, p95 {quantile(took, 0.95):.0f} ms', flush=True)
-        self.assertGreaterEqual(len(took), 3, (self.mover.stepped, seen))
-        type(self).mover = Mover(self.osc)
+        self.assertGreaterEqual(len(took), 3, (steps.stepped, seen))
 
     def start_janus(self, relay=None):
         """With the page's relay, or another. Result: the shell of both."""
@@ -317,7 +321,7 @@ class Recipes(unittest.TestCase):
         self.end(shell)
         mended = [1e3 * (min(key for key in line.keys if key > at) - at) for at in line.losses if at < line.keys[-1]]
         print(f'{len(line.losses)} losses of 5 packets: a key frame after p50 {quantile(mended, 0.5):.0f}, p95 {quantile(mended, 0.95):.0f} ms; '
-              f'{seen["pliCount"]} PLI of the browser', flush=True)
+              f'{seen.get("pliCount")} PLI of the browser', flush=True)
         self.assertGreaterEqual(len(mended), 2, self.log())
         self.assertGreaterEqual(seen['pliCount'], 2)
         self.assertGreaterEqual(seen['keyFramesDecoded'], 2)
