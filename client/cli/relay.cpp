@@ -118,7 +118,7 @@ public:
         while (!interrupted && !done()) {
             if (!connection_ && now_ns() >= retry_ns_) reconnect();
             const auto taken = take_pictures();
-            if (!taken) return taken;
+            if (!taken) return taken.error();
             if (rtp_ && rtp_->key_frame_wanted()) keys_.wanted();
             if (auto kept = keep_key_frames(); !kept) return kept;
             if (rtp_ && counts_.pictures > 0) rtp_->report(time_.at(now_ns()), now_ns());
