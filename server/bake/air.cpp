@@ -22,13 +22,17 @@ double beside(const trace::Luminaire& luminaire, bool point, const glm::dvec3& p
 
 }  // namespace
 
-double AirVolume::at(const std::vector<float>& values, const glm::dvec3& local) const {
+std::optional<double> AirVolume::at(const std::vector<float>& values, const glm::dvec3& local) const {
     const glm::dvec3 p = glm::clamp((local - low) / cell, glm::dvec3(0.0), glm::dvec3(size - 1));
     const glm::ivec3 a = glm::min(glm::ivec3(p), size - 2);
     const glm::vec3 part(p - glm::dvec3(a));
     const auto row = static_cast<std::size_t>(size.x), layer = row * static_cast<std::size_t>(size.y);
     const float* const v = &values[static_cast<std::size_t>(a.z) * layer + static_cast<std::size_t>(a.y) * row +
                                    static_cast<std::size_t>(a.x)];
+    int lit = 0;
+    for (const std::size_t corner : {std::size_t{0}, row, layer, layer + row})
+        lit += (v[corner] > 0.0f ? 1 : 0) + (v[corner + 1] > 0.0f ? 1 : 0);
+    if (lit != 0 && lit != 8) return std::nullopt;
     const auto along = [&](const float* from) { return from[0] + part.x * (from[1] - from[0]); };
     const auto plane = [&](const float* from) {
         const float first = along(from);
@@ -105,8 +109,11 @@ double scattered_in(const trace::Geometry& geometry, const trace::Luminaire& lum
         const glm::dvec3 p = from + t * along;
         double lx = 0.0;  // that the air gets there
         glm::dvec3 source = luminaire.position;
-        if (!settings.shadow_rays && beside(luminaire, point, p) > near_m) {
-            lx = volume.at(volume.lx, p);
+        const bool far = beside(luminaire, point, p) > near_m;
+        const double known =  // below 0: it is not
+            settings.shadow_rays ? -1.0 : volume.at(far ? volume.lx : volume.passed, p).value_or(-1.0);
+        if (far && known >= 0.0) {
+            lx = known;
         } else {
             if (!point) {
                 trace::Sample sample(static_cast<std::uint32_t>(random * 4294967295.0), static_cast<std::uint32_t>(i));
@@ -118,12 +125,12 @@ double scattered_in(const trace::Geometry& geometry, const trace::Luminaire& lum
             if (!(distance2 > 0.0)) continue;
             lx = luminaire.intensity_cd(d / std::sqrt(distance2)) / distance2;
             if (!(lx > 0.0)) continue;
-            if (settings.shadow_rays) {
+            if (known < 0.0) {
                 ++rays;
                 lx *= static_cast<double>(trace::luminous(geometry.transmittance(glm::vec3(p), glm::vec3(source))));
                 if (lx > 0.0) lx *= transmittance(settings.haze, source, p);
             } else {
-                lx *= volume.at(volume.passed, p);
+                lx *= known;
             }
         }
         if (!(lx > 0.0)) continue;

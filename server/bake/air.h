@@ -2,6 +2,7 @@
 // what reaches the air. Any thread.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -15,7 +16,7 @@ struct AirSettings {
     Haze haze;
     int steps = 30;            // samples along a ray
     bool even = false;         // even steps, as of the seed; else equiangular about the luminaire
-    bool shadow_rays = false;  // exact visibility at each step; else of the volume
+    bool shadow_rays = false;  // exact visibility at each step; else where the volume does not know it
     bool openings = true;      // the volume's and the steps' light comes from points of the opening
 };
 
@@ -26,8 +27,9 @@ struct AirVolume {
     std::vector<float> passed;       // visibility times transmittance, 0..1: for air near the luminaire
     std::vector<float> lx;           // the same times I/d²: for the rest, where it is smooth
 
-    // Result: trilinear; the nearest beyond the grid. values: one of the two.
-    double at(const std::vector<float>& values, const glm::dvec3& local) const;
+    // Result: trilinear; the nearest beyond the grid. Nothing where light reaches some of the eight places around and
+    // others not: an edge of a shadow, or a wall, is between them. values: one of the two.
+    std::optional<double> at(const std::vector<float>& values, const glm::dvec3& local) const;
 };
 
 inline constexpr int kVolumeSide = 48;     // cells along the scene's longest side

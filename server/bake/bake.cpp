@@ -18,7 +18,7 @@
 namespace gonio::bake {
 namespace {
 
-constexpr int kVersion = 1;  // of what a part holds: another one computes anew
+constexpr int kVersion = 2;  // of what a part holds: another one computes anew
 constexpr const char* kEmissive = "emissive";
 constexpr double kMostReflectance = 0.99;  // in the estimate of what further bounces add
 

@@ -103,6 +103,15 @@ TEST(BakeLeak, ARoomBesideALitOneIsDark) {
     }
 }
 
+// In haze too: what the volume of air has on both sides of a wall must not be mixed.
+TEST(BakeLeak, HazeDoesNotShineThroughAWall) {
+    Mesh both = room({-2.93, 0, -1.37}, {-0.5 * kWall_m, 2.51, 1.61});
+    add_room(both, {0.5 * kWall_m, 0, -1.37}, {2.93, 2.51, 1.61});
+    Scene scene = scene_with({{std::move(both), glm::vec3(0.8f)}}, isotropic(100.0), {-0.4, 1.2, 0.3});
+    scene.haze = {.extinction_per_m = 0.1, .g = 0.7};
+    expect_dark(bake_scene(scene, coarse()), "rooms apart, in fog", in_second_room);
+}
+
 // One floor, one ceiling, one shell: a wall that is half a texel thick stands in it, wherever the texels' edges lie.
 // Texels in the wall are filled from their own side alone (Godot #87815: light from occluded texels was carried on).
 TEST(BakeLeak, AWallOnACommonFloorKeepsTheLight) {
