@@ -87,8 +87,9 @@ constexpr WordRow kBakeOptions[] = {
 };
 constexpr WordRow kDoctor[] = {
     {"[OPTION…]", "", text, "", "of goniod, behind --: -- --config /etc/goniod/goniod.toml"}};
+constexpr WordRow kFrames = {"--frames", "N", count, "", "ends after N frames, N above 0; default: when interrupted"};
 constexpr WordRow kWatchOptions[] = {
-    {"--frames", "N", count, "", "ends after N frames, N above 0; default: when interrupted"},
+    kFrames,
     {"--out", "FILE", text, "", "writes the video there, as raw H.264"},
 };
 constexpr WordRow kRelayOptions[] = {
@@ -97,7 +98,7 @@ constexpr WordRow kRelayOptions[] = {
     {"--sdp", "FILE", text, "", "writes there what receivers open the RTP by; default: prints it"},
     {"--annexb", "", flag, "", "writes raw H.264 to standard output"},
     {"--key-every", "S", number, "", "seconds at most between key frames, 0.5 to 60; default 2"},
-    {"--frames", "N", count, "", "ends after N frames, N above 0; default: when interrupted"},
+    kFrames,
 };
 
 constexpr WordRow kPlace[] = {

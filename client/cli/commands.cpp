@@ -147,20 +147,6 @@ int library(const Session& session, const ReadWords& words) {
     });
 }
 
-// Writes beside the target and renames, so that nobody ever reads half a file. Errors: "file_unwritable".
-Result<bool> write_atomically(const std::filesystem::path& path, const std::string& bytes) {
-    std::filesystem::path temporary = path;
-    temporary += ".part-" + std::to_string(::getpid());
-    std::error_code error;
-    std::ofstream file(temporary, std::ios::binary);
-    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    file.close();
-    if (file) std::filesystem::rename(temporary, path, error);
-    if (file && !error) return true;
-    std::filesystem::remove(temporary, error);
-    return Error{"file_unwritable", "", path.string(), "The file cannot be written."};
-}
-
 int capture(const Session& session, const ReadWords& words) {
     const std::string& file = words.names.front();
     const auto answer = session.ask(words.message, {Answer::kCapture});
@@ -359,6 +345,19 @@ int photometry(const Session& session, const ReadWords& words) {
 }
 
 }  // namespace
+
+Result<bool> write_atomically(const std::filesystem::path& path, const std::string& bytes) {
+    std::filesystem::path temporary = path;
+    temporary += ".part-" + std::to_string(::getpid());
+    std::error_code error;
+    std::ofstream file(temporary, std::ios::binary);
+    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    file.close();
+    if (file) std::filesystem::rename(temporary, path, error);
+    if (file && !error) return true;
+    std::filesystem::remove(temporary, error);
+    return Error{"file_unwritable", "", path.string(), "The file cannot be written."};
+}
 
 int run_command(const Session& session, const ReadWords& words) {
     struct Row {

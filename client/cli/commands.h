@@ -1,10 +1,13 @@
 // The commands of gonio: the rows that their words are read by, and what each does with the server.
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
 #include <span>
 #include <string>
 
 #include "client/cli/session.h"
+#include "ies/core/result.h"
 #include "protocol/schema/word_table.h"
 
 namespace gonio {
@@ -21,6 +24,11 @@ std::string help_text(const ReadWords& words);
 
 // Result: the commands and options as JSON, one line: packaging/option_texts.py makes man page and completions of it.
 std::string dump_words();
+
+// Writes beside the target and renames, so that nobody ever reads half a file. Errors: "file_unwritable".
+Result<bool> write_atomically(const std::filesystem::path& path, const std::string& bytes);
+// Result: what --frames says; 0: it is not there. Errors: "usage" of a 0 that is.
+Result<std::uint32_t> frames_wanted(const ReadWords& words);
 
 // Does what the words say; they have no fault. Result: the exit code.
 int run_command(const Session& session, const ReadWords& words);

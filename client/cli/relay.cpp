@@ -8,8 +8,6 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
-#include <filesystem>
-#include <fstream>
 #include <optional>
 #include <utility>
 
@@ -89,10 +87,9 @@ Result<Wanted> read_wanted(const ReadWords& words) {
         if (!(seconds >= 0.5 && seconds <= 60)) return refusal("--key-every", "This must be 0.5 to 60 seconds.");
         wanted.key_every_ns = static_cast<std::uint64_t>(seconds * 1e9);
     }
-    if (words.has("--frames")) {
-        wanted.pictures = *parse_count(words.options.at("--frames"));
-        if (wanted.pictures == 0) return refusal("--frames", "This must be 1 or more.");
-    }
+    const auto frames = frames_wanted(words);
+    if (!frames) return frames.error();
+    wanted.pictures = *frames;
     return wanted;
 }
 
@@ -257,14 +254,11 @@ private:
         if (wanted_.sdp_file.empty()) {
             session_.out << text << std::flush;
         } else {
-            const std::string partial = wanted_.sdp_file + ".part";
-            std::ofstream file(partial, std::ios::binary);
-            file << text;
-            file.close();
-            std::error_code error;
-            if (file) std::filesystem::rename(partial, wanted_.sdp_file, error);
-            if (!file || error)
-                return Error{"file_unwritable", "--sdp", wanted_.sdp_file, "The file cannot be written."};
+            if (auto written = write_atomically(wanted_.sdp_file, text); !written) {
+                Error error = written.error();
+                error.where = "--sdp";
+                return error;
+            }
         }
         if (!described_)
             note("sending to " + wanted_.rtp + "; RTCP is heard at port " +

@@ -31,10 +31,18 @@ std::string message_line(const v1::ServerMessage& message) {
 
 }  // namespace
 
+Result<std::uint32_t> frames_wanted(const ReadWords& words) {
+    if (!words.has("--frames")) return std::uint32_t{0};
+    const std::string& text = words.options.at("--frames");
+    const std::uint32_t frames = *parse_count(text);
+    if (frames == 0) return Error{"usage", "--frames", text, "This must be 1 or more."};
+    return frames;
+}
+
 int watch(const Session& session, const ReadWords& words) {
-    const std::uint32_t frames = words.has("--frames") ? *parse_count(words.options.at("--frames")) : 0;
-    if (words.has("--frames") && frames == 0)
-        return session.fail({"usage", "--frames", "0", "This must be 1 or more."});
+    const auto wanted = frames_wanted(words);
+    if (!wanted) return session.fail(wanted.error());
+    const std::uint32_t frames = *wanted;
     const std::string out_name = words.has("--out") ? words.options.at("--out") : "";
     const Error unwritable{"file_unwritable", "--out", out_name, "The file cannot be written."};
     std::ofstream file;

@@ -1,5 +1,7 @@
 #include "client/relay/sdp.h"
 
+#include <openssl/evp.h>
+
 #include <cstdio>
 
 #include "client/relay/rtp.h"
@@ -7,18 +9,11 @@
 namespace gonio {
 
 std::string base64(Bytes bytes) {
-    constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        const auto byte = [&](std::size_t at) {
-            return at < bytes.size() ? std::to_integer<std::uint32_t>(bytes[at]) : 0u;
-        };
-        const std::uint32_t group = byte(i) << 16 | byte(i + 1) << 8 | byte(i + 2);
-        text += kDigits[group >> 18];
-        text += kDigits[group >> 12 & 63];
-        text += i + 1 < bytes.size() ? kDigits[group >> 6 & 63] : '=';
-        text += i + 2 < bytes.size() ? kDigits[group & 63] : '=';
-    }
+    std::string text((bytes.size() + 2) / 3 * 4 + 1, '\0');  // and the 0 that it ends with
+    const int length =
+        EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()),
+                        reinterpret_cast<const unsigned char*>(bytes.data()), static_cast<int>(bytes.size()));
+    text.resize(static_cast<std::size_t>(length));
     return text;
 }
 

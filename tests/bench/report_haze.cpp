@@ -6,8 +6,6 @@
 
 namespace gonio::bench {
 
-static const std::string kNotMeasured = "Not measured on this machine.\n";
-
 static std::string percent(double ratio) {
     return fixed(100.0 * ratio, 1) + " %";
 }

@@ -33,6 +33,8 @@ struct Saved {
 // Frames a second of the seed paper on its GPU.
 inline constexpr std::pair<const char*, double> kPaperFps[] = {{"cornell", 49.0}, {"atrium", 47.0}};
 
+inline constexpr const char* kNotMeasured = "Not measured on this machine.\n";  // instead of a table
+
 std::string frames_table(const Json& frames);
 std::string scaling_table(const Json& scaling);
 std::string rsm_table(const Json& scaling);

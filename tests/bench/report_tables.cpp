@@ -163,7 +163,7 @@ std::string refinement_table(const Json& refinement) {
 }
 
 std::string stream_table(const Json& stream) {
-    if (stream.is_null()) return "Not measured on this machine.\n";
+    if (stream.is_null()) return kNotMeasured;
     struct Row {
         const char *text, *name;
         int digits;
@@ -216,7 +216,7 @@ std::string pareto_table(const Json& pareto) {
 std::string accuracy_table(const Json& pareto) {
     std::string table = head_of({"scene, luminaires, profile", "all and the camera move, ms", "one moves, ms",
                                  "its indirect light, ms", "rmse", "rmse99", "p95", "bias"});
-    if (pareto.is_null()) return "Not measured on this machine.\n";
+    if (pareto.is_null()) return kNotMeasured;
     for (const Json& row : pareto.at("rows")) {
         if (row.at("technique") != "default") continue;
         table += row_of({row.at("scene").get<std::string>() + ", " + std::to_string(row.at("lights").get<int>()) +

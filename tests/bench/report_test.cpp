@@ -47,7 +47,8 @@ struct Template : testing::Test {
     ~Template() override { std::filesystem::remove_all(folder); }
     std::string make(const std::string& text) {
         std::ofstream(folder / "performance.in.md") << text;
-        std::ofstream(folder / "notebook.in.md") << "{{stress}}{{stream}}{{beams}}{{haze_rates}}{{panels}}{{hazy}}{{bakes}}{{seed_bake}}";
+        std::ofstream(folder / "notebook.in.md")
+            << "{{stress}}{{stream}}{{beams}}{{haze_rates}}{{panels}}{{hazy}}{{bakes}}{{seed_bake}}";
         return make_report(kResults, folder).pages.at("performance.md");
     }
 };
