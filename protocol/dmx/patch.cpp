@@ -23,6 +23,34 @@ Error refusal_of(std::size_t row, const char* field, std::string value, std::str
             std::move(message)};
 }
 
+constexpr int kMaxRanges = 256;
+
+Result<bool> check_ranges(const v1::PatchRow& row, const PropertyRow& property, std::size_t index) {
+    const auto within = [&](double value) {
+        return (value >= property.least && value <= property.most) || (property.or_none && value == 0);
+    };
+    if (row.ranges_size() == 0) return true;
+    if (property.values != 1 || property.by_list || row.has_low() || row.has_high())
+        return refusal_of(index, "ranges", std::to_string(row.ranges_size()),
+                          "are of a property of one number, and instead of low and high");
+    if (row.ranges_size() > kMaxRanges)
+        return refusal_of(index, "ranges", std::to_string(row.ranges_size()), "a row has at most 256 ranges");
+    const std::uint32_t most = bytes_of(row) == 2 ? 65535 : 255;
+    std::int64_t last = -1;
+    for (const v1::PatchRange& range : row.ranges()) {
+        if (range.from() <= last || range.to() < range.from() || range.to() > most)
+            return refusal_of(index, "ranges", std::to_string(range.from()) + " to " + std::to_string(range.to()),
+                              "ranges follow each other, each within 0 to " + std::to_string(most));
+        last = range.to();
+        for (const double value : {range.low(), range.high()})
+            if (!within(value))
+                return refusal_of(index, "ranges", print_number(value),
+                                  "must be a number from " + print_number(property.least) + " to " +
+                                      print_number(property.most) + " (radians, metres)");
+    }
+    return true;
+}
+
 Result<bool> check_row(const v1::PatchRow& row, std::size_t index) {
     const bool sacn = row.protocol() == "sacn";
     if (!sacn && row.protocol() != "artnet")
@@ -62,7 +90,7 @@ Result<bool> check_row(const v1::PatchRow& row, std::size_t index) {
                           property->htp ? "must be highest or latest" : "only level and master merge by the highest");
     if (const std::string why = wrong_list(*property, row.profiles(), ies::synthetic_luminaires()); !why.empty())
         return refusal_of(index, "profiles", std::to_string(row.profiles_size()), why);
-    return true;
+    return check_ranges(row, *property, index);
 }
 
 }  // namespace
@@ -163,7 +191,14 @@ void PatchReader::unsay(Row& row) {
     if (row.joint != SIZE_MAX) joints_[row.joint].said.reset();
 }
 
-double PatchReader::value_of(const Row& row, std::uint32_t raw) {
+std::optional<double> PatchReader::value_of(const Row& row, std::uint32_t raw) {
+    if (row.row.ranges_size() > 0) {
+        for (const v1::PatchRange& range : row.row.ranges())
+            if (raw >= range.from() && raw <= range.to())
+                return range.low() +
+                       (range.high() - range.low()) * (raw - range.from()) / std::max(range.to() - range.from(), 1u);
+        return std::nullopt;
+    }
     const double low = row.row.has_low() ? row.row.low() : row.property->low;
     const double high = row.row.has_high() ? row.row.high() : row.property->high;
     return low + (high - low) * (raw / (row.bytes == 2 ? 65535.0 : 255.0));
@@ -245,7 +280,7 @@ void PatchReader::read(const DmxKey& key, const DmxUniverse& universe, std::vect
     for (Row& row : found->second) {
         std::optional<Raw> raw = decide(row, universe);
         if (row.joint != SIZE_MAX) {
-            row.stands = raw ? std::optional(value_of(row, (*raw)[0])) : std::nullopt;
+            row.stands = raw ? value_of(row, (*raw)[0]) : std::nullopt;
             joints_[row.joint].read = true;
             continue;
         }
@@ -256,11 +291,12 @@ void PatchReader::read(const DmxKey& key, const DmxUniverse& universe, std::vect
                 (*raw)[0] * static_cast<std::uint32_t>(row.row.profiles_size()) / (row.bytes == 2 ? 65536 : 256);
         if (row.said == raw) continue;
         row.said = raw;
+        if (!value_of(row, (*raw)[0])) continue;  // of no range
         PropertyValue& value = values.emplace_back();
         value.target = row.row.target();
         value.property = property.property;
         if (property.by_list) value.name = row.row.profiles(static_cast<int>((*raw)[0]));
-        for (unsigned i = 0; i < property.values; ++i) value.value[i] = value_of(row, (*raw)[i]);
+        for (unsigned i = 0; i < property.values; ++i) value.value[i] = *value_of(row, (*raw)[i]);
     }
     for (const Row& row : found->second)
         if (row.joint != SIZE_MAX && joints_[row.joint].read) say_highest(joints_[row.joint], values);

@@ -81,7 +81,7 @@ private:
     };
     void unsay(Row& row);
     static void say_highest(Joint& joint, std::vector<PropertyValue>& values);
-    static double value_of(const Row& row, std::uint32_t raw);
+    static std::optional<double> value_of(const Row& row, std::uint32_t raw);
     std::optional<Raw> decide(Row& row, const DmxUniverse& universe);
     const Candidate* moved_last(Row& row) const;
     std::map<DmxKey, std::vector<Row>> rows_;

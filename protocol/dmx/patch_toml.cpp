@@ -9,9 +9,28 @@ namespace {
 
 using namespace toml_read;
 
+// [[from, to, low, high], …]: parts of the slot's values, and what they stand for in the unit that people write.
+void read_ranges(const toml::node& node, const PropertyRow& property, v1::PatchRow& row) {
+    const char* const kForm = "ranges are [[from, to, low, high], …]";
+    if (!node.is_array()) refuse(node.source(), text_of(node), kForm);
+    for (const toml::node& one : *node.as_array()) {
+        const toml::array* four = one.as_array();
+        if (four == nullptr || four->size() != 4) refuse(one.source(), text_of(one), kForm);
+        v1::PatchRange& range = *row.add_ranges();
+        range.set_from(whole_number((*four)[0], 0, 65535, "a slot's value"));
+        range.set_to(whole_number((*four)[1], 0, 65535, "a slot's value"));
+        for (const std::size_t i : {2u, 3u}) {
+            const auto number = (*four)[i].value<double>();
+            if (!number) refuse((*four)[i].source(), text_of((*four)[i]), kForm);
+            i == 2 ? range.set_low(*number * property.unit) : range.set_high(*number * property.unit);
+        }
+    }
+}
+
 // One table of a patch, key by key.
 void read_fixture(const toml::table& table, v1::SetPatch& patch) {
-    only_keys(table, {"sacn", "artnet", "address", "target", "channels", "range", "profiles", "gels", "merge"},
+    only_keys(table,
+              {"sacn", "artnet", "address", "target", "channels", "range", "ranges", "profiles", "gels", "merge"},
               "[[patch]]");
     const toml::node *sacn = table.get("sacn"), *artnet = table.get("artnet");
     if ((sacn == nullptr) == (artnet == nullptr))
@@ -28,6 +47,14 @@ void read_fixture(const toml::table& table, v1::SetPatch& patch) {
             if (find_property(key.str()) == nullptr) refuse(key.source(), std::string(key.str()), "is no property");
             range(value);
         }
+    }
+    const toml::table* parts = nullptr;
+    if (const toml::node* node = table.get("ranges")) {
+        parts = node->as_table();
+        if (parts == nullptr)
+            refuse(node->source(), text_of(*node), "ranges is a table: ranges.gobo = [[0, 9, 0, 0], [10, 19, 1, 1]]");
+        for (const auto& [key, value] : *parts)
+            if (find_property(key.str()) == nullptr) refuse(key.source(), std::string(key.str()), "is no property");
     }
     v1::PatchRow row;
     row.set_protocol(sacn != nullptr ? "sacn" : "artnet");
@@ -67,6 +94,8 @@ void read_fixture(const toml::table& table, v1::SetPatch& patch) {
             added.set_low(written.low * property->unit);
             added.set_high(written.high * property->unit);
         }
+        if (const toml::node* given = parts != nullptr ? parts->get(channel) : nullptr)
+            read_ranges(*given, *property, added);
         if (property->by_list) {
             const std::string key = channel + "s";  // profiles, gels
             const toml::node* list = table.get(key);
@@ -113,6 +142,15 @@ std::string write_patch_toml(const v1::Patch& patch) {
             text += "range." + row.property() + " = [" +
                     number_text((row.has_low() ? row.low() : property.low) / property.unit) + ", " +
                     number_text((row.has_high() ? row.high() : property.high) / property.unit) + "]\n";
+        if (row.ranges_size() > 0) {
+            text += "ranges." + row.property() + " = [";
+            for (int i = 0; i < row.ranges_size(); ++i) {
+                const v1::PatchRange& one = row.ranges(i);
+                text += (i > 0 ? ", [" : "[") + std::to_string(one.from()) + ", " + std::to_string(one.to()) + ", " +
+                        number_text(one.low() / property.unit) + ", " + number_text(one.high() / property.unit) + "]";
+            }
+            text += "]\n";
+        }
         if (row.profiles_size() > 0) {
             text += row.property() + "s = [";
             for (int i = 0; i < row.profiles_size(); ++i) text += (i > 0 ? ", " : "") + quoted(row.profiles(i));

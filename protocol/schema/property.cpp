@@ -37,6 +37,18 @@ static constexpr PropertyRow kTable[] = {
     {.property = Property::cct, .name = "cct", .field = "cct_k", .state_field = "cct_k", .low = 2000, .high = 10'000,
      .least = 1000, .most = 15'000, .or_none = true, .unit_name = "K", .metavar = "K",
      .help = "correlated colour temperature, at the same lux"},
+    {.property = Property::shutter, .name = "shutter", .field = "shutter_ratio", .state_field = "shutter_ratio",
+     .metavar = "RATIO", .help = "share of its light that passes"},
+    {.property = Property::strobe, .name = "strobe", .field = "strobe_hz", .state_field = "strobe_hz", .high = 25,
+     .most = 50, .unit_name = "Hz", .metavar = "HZ", .help = "flashes, on for half of the time"},
+    {.property = Property::zoom, .name = "zoom", .field = "zoom_rad", .state_field = "zoom_rad", .low = 5 * kDegree,
+     .high = 60 * kDegree, .least = 0.1 * kDegree, .most = 175 * kDegree, .or_none = true, .unit = kDegree,
+     .unit_name = "°", .metavar = "DEG", .help = "full angle of half the peak, at the same flux"},
+    {.property = Property::gobo, .name = "gobo", .field = "gobo", .state_field = "gobo", .high = 255, .most = 255,
+     .whole = true, .metavar = "NUMBER", .help = "slot of its wheel, 0: open"},
+    {.property = Property::gobo_turn, .name = "gobo-turn", .field = "gobo_rad", .state_field = "gobo_rad", .low = -kPi,
+     .high = kPi, .least = -kTurns, .most = kTurns, .unit = kDegree, .unit_name = "°", .metavar = "DEG",
+     .help = "turn of the gobo"},
     {.property = Property::pan, .name = "pan", .field = "pan_rad", .state_field = "pan_rad", .low = -1.5 * kPi,
      .high = 1.5 * kPi, .least = -kTurns, .most = kTurns, .unit = kDegree, .unit_name = "°", .metavar = "DEG",
      .help = "turn about the vertical"},
@@ -123,6 +135,7 @@ std::string properties_module() {
         put("least", print_number(row.least));
         put("most", print_number(row.most));
         put("or_none", row.or_none ? "true" : "false");
+        put("whole", row.whole ? "true" : "false");
         put("unit", print_number(row.unit));
         put("unit_name", quoted(row.unit_name));
         put("help", quoted(row.help));

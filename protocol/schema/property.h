@@ -25,6 +25,11 @@ enum class Property : std::uint8_t {
     color,
     tint,
     cct,
+    shutter,
+    strobe,
+    zoom,
+    gobo,
+    gobo_turn,
     pan,
     tilt,
     roll,
@@ -57,6 +62,7 @@ struct PropertyRow {
     double low = 0, high = 1;      // in SI units: rad, m, ratio, EV100, Duv
     double least = 0, most = 1;    // what the scene takes, likewise; a patch may not reach beyond
     bool or_none = false;          // 0 is taken too, outside of these: none
+    bool whole = false;            // its values are whole numbers: the nearest one counts
     double unit = 1;               // what one of the unit that people write (docs/consoles.md: degrees) is in SI
     std::string_view unit_name;    // "°", "m"; empty: a pure number
     std::string_view metavar;      // of the CLI's option: "RATIO"
@@ -75,7 +81,8 @@ const PropertyRow* find_property(std::string_view name);
 // Result: "level, red or master": the names of the rows that `wanted` takes, in the table's order.
 std::string property_names(const std::function<bool(const PropertyRow&)>& wanted);
 // Result: the table for the browser page: a module that exports `properties`, an array of
-// {name, field, state_field, values, component, of_scene, low, high, least, most, or_none, unit, unit_name, help}.
+// {name, field, state_field, values, component, of_scene, low, high, least, most, or_none, whole, unit, unit_name,
+// help}.
 std::string properties_module();
 
 // One number, or three, of a message's field by its name: `optional double`, `double` or `repeated double`.

@@ -294,7 +294,8 @@ std::span<const WordCommand> scene_commands() {
         {"group", "command.set_group", "makes, changes or removes a group of lights", kGroup, {}},
         {"preset save",
          "command.save_preset",
-         "keeps level, colour, tint, colour temperature, gel, aim, position, profile and opening of all lights",
+         "keeps level, colour, white, gel, shutter, strobe, zoom, gobo, aim, position, profile and opening of all "
+         "lights",
          kPreset,
          {}},
         {"preset recall", "command.recall_preset", "brings back what a preset keeps", kPreset, kRecallOptions},

@@ -31,7 +31,8 @@ Scene at_level_one(const Scene& scene) {
     Scene result = scene;
     result.master_ratio = 1.0;
     for (Light& light : result.lights) {
-        light.level_ratio = 1.0;
+        light.level_ratio = light.shutter_ratio = 1.0;
+        light.strobe_hz = 0.0;
         light.color = glm::dvec3(1.0);
         light.cct_k = light.tint_duv = 0.0;
         light.gel = nullptr;
@@ -65,7 +66,7 @@ std::string key_of_light(const Scene& scene, const Light& light, const trace::Lu
                          const BakeSettings& settings) {
     Key key;
     add_settings(key, scene, settings);
-    const ies::PhotometricWeb& web = light.profile->photometry.web;
+    const ies::PhotometricWeb& web = light.shining()->photometry.web;
     key.add(web.goniometer);
     key.add(web.v_rad);
     key.add(web.h_rad);

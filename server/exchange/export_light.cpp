@@ -24,7 +24,7 @@ bool is_same_web(const ies::PhotometricWeb& a, const ies::PhotometricWeb& b) {
 }  // namespace
 
 ies::Photometry photometry_of(const Light& light, double factor) {
-    ies::Photometry photometry = light.profile->photometry;
+    ies::Photometry photometry = light.shining()->photometry;
     for (float& candela : photometry.web.candela)
         candela = static_cast<float>(static_cast<double>(candela) * light.tilt_factor * factor);
     photometry.tilt.reset();
@@ -36,8 +36,8 @@ ies::Photometry photometry_of(const Light& light, double factor) {
 }
 
 Result<std::string> ies_file_of(const Light& light, double factor) {
-    if (light.profile->peak_cd * light.tilt_factor * factor > ies::kMaxCandela)
-        return Error{"too_large", light.name, print_number(light.profile->peak_cd * light.tilt_factor * factor),
+    if (light.shining()->peak_cd * light.tilt_factor * factor > ies::kMaxCandela)
+        return Error{"too_large", light.name, print_number(light.shining()->peak_cd * light.tilt_factor * factor),
                      "a light has at most 1e12 cd in a file"};
     std::string text = ies::write_lm63(photometry_of(light, factor));
     if (text.size() <= ies::kMaxFileBytes) return text;
@@ -47,7 +47,7 @@ Result<std::string> ies_file_of(const Light& light, double factor) {
 
 std::string ies_key_of(const Light& light, double factor) {
     const ies::Opening opening = opening_of(light);
-    return printed("%p %.17g %d %.17g %.17g %.17g", static_cast<const void*>(light.profile.get()),
+    return printed("%p %.17g %d %.17g %.17g %.17g", static_cast<const void*>(light.shining().get()),
                    light.tilt_factor * factor, static_cast<int>(opening.shape), opening.width.in(m),
                    opening.length.in(m), opening.height.in(m));
 }
@@ -60,13 +60,13 @@ LightScale color_of(const Light& light) {
 
 LightScale scale_of(const Light& light, double master_ratio) {
     LightScale scale = color_of(light);
-    scale.multiplier *= light.level_ratio * light.multiplier * master_ratio;
+    scale.multiplier *= light.level_ratio * light.shutter_ratio * light.multiplier * master_ratio;
     return scale;
 }
 
 std::optional<PunctualLight> punctual_of(const Light& light) {
     if (light.sun) return PunctualLight{"directional"};
-    const ies::Photometry& photometry = light.profile->photometry;
+    const ies::Photometry& photometry = light.shining()->photometry;
     if (photometry.provenance.format != "KHR_lights_punctual" || light.tilt_factor != 1.0 ||
         opening_of(light).shape != ies::OpeningShape::point)
         return std::nullopt;

@@ -32,7 +32,7 @@ LightPatch patch_of(const Scene& scene, const Light& light) {
     std::map<std::string, const v1::PatchRow*> rows;
     if (scene.patch)
         for (const v1::PatchRow& row : scene.patch->rows()) {
-            if (row.target() != light.name || universe_of(row) > mvr::kMostUniverse) continue;
+            if (row.target() != light.name || universe_of(row) > mvr::kMostUniverse || row.ranges_size() > 0) continue;
             if (std::ranges::none_of(kDriven,
                                      [&](const DrivenRow& one) { return row.property() == row_of(one.property).name; }))
                 continue;

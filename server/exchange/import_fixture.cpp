@@ -59,6 +59,7 @@ const gdtf::FixtureType* type_of(ShowImport& import, const std::string& entry) {
         at->second = std::move(*type);
         import.report.add(Outcome::taken, "fixture type", entry);
         import.report.add(at->second->report, at->second->name);
+        read_gobos(import, *archive, *at->second);
         return &*at->second;
     }
     import.report.add(Outcome::left_out, "a GDTF file cannot be read: " + failed->code, named(entry, *failed));
@@ -247,6 +248,8 @@ std::optional<Error> add_beams(ShowImport& import, const Placed& placed, const g
         light.color = most > 1e-3 ? state.color : glm::dvec3(1.0);
         take_state(light, placed.fixture);
         const FixtureBeam beam{placed.fixture, type, mode, state.geometry, placed.world_from_fixture, light.name};
+        light.profile =
+            with_gobos(import, light.profile, type, gobo_channel(import, index_of(import, mode), beam).wheel);
         glm::dmat4 world_from_beam = placed.world_from_fixture * state.fixture_from_beam;
         const bool swings = add_patch_rows(import, beam) && geometry.parent >= 0;
         if (swings && states.size() > 1)

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <cmath>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
+#include <tuple>
 #include <vector>
 
 #include "ies/core/zip.h"
@@ -26,6 +29,8 @@ struct ModeIndex {
     // Directions of beams by geometry, at the pans and tilts of head_axes(), for each inversion that was asked for.
     std::map<std::pair<bool, bool>, std::vector<std::map<int, glm::dvec3>>> directions;
     bool told_undriven = false;
+    // What values of a channel's most significant slot stand for, by the patched channel, the beam and the property.
+    std::map<std::tuple<const gdtf::PatchedChannel*, int, std::string>, std::vector<v1::PatchRange>> ranges;
 };
 
 // What one import has gathered so far.
@@ -41,6 +46,7 @@ struct ShowImport {
 
     std::map<std::string, std::optional<gdtf::FixtureType>> types{};   // by entry; nothing: unreadable
     std::map<std::string, std::shared_ptr<const Profile>> profiles{};  // by what they were made of
+    std::map<const gdtf::FixtureType*, std::map<int, std::shared_ptr<const Gobos>>> gobos{};  // by wheel
     std::set<std::string, std::less<>> light_names{};
     std::map<const gdtf::Mode*, ModeIndex> modes{};
     std::size_t instanced = 0;  // triangles of all instances
@@ -71,9 +77,39 @@ struct FixtureBeam {
     glm::dmat4 world_from_fixture;  // of GDTF's axes
     std::string light;              // its name
 };
-// Adds the rows that drive the light: level, red, green and blue, pan and tilt, as far as the scene has such a
-// property. Result: whether pan or tilt is driven.
+// Adds the rows that drive the light: level, red, green and blue, shutter, strobe, zoom, gobo, pan and tilt. Result:
+// whether pan or tilt is driven.
 bool add_patch_rows(ShowImport& import, const FixtureBeam& beam);
+
+// A channel that drives something of a beam: that of the nearest geometry, from the beam upwards.
+struct Driving {
+    const gdtf::PatchedChannel* patched = nullptr;  // null: there is none
+    const gdtf::ChannelFunction* function = nullptr;
+    int bytes = 1;  // of the channel
+};
+// Result: the first channel with a function whose attribute is wanted.
+Driving driving(const ModeIndex& index, const FixtureBeam& beam, const std::function<bool(std::string_view)>& wanted);
+// Adds a row of the patch for the property; low, high: what slot value 0 and the highest stand for. ranges: instead of
+// them, of the channel's most significant slot alone.
+void add_row(ShowImport& import, const FixtureBeam& beam, const Driving& by, const char* property, double low,
+             double high, const std::vector<v1::PatchRange>& ranges = {});
+// Adds the rows for shutter, strobe, zoom, gobo and its turn. What their slots stand for is what gdtf::beam_states says
+// of each value while all other channels have their defaults.
+void add_beam_rows(ShowImport& import, ModeIndex& index, const FixtureBeam& beam);
+// Result: whether add_beam_rows() knows the attribute.
+bool drives_beam(std::string_view attribute);
+
+// Reads the pictures of a fixture type's gobo wheels: at most 255 slots a wheel and 64 pictures, of at most 2048 x 2048
+// pixels, which become 256 x 256 at most. What cannot be read is open, and noted.
+void read_gobos(ShowImport& import, const ZipArchive& archive, const gdtf::FixtureType& type);
+struct GoboChannel {
+    int number = 0, wheel = -1;  // of Gobo(n); an index, -1: none has a picture
+};
+// Result: of those that the beam's channels turn the one of the least number whose wheel has a picture.
+GoboChannel gobo_channel(const ShowImport& import, const ModeIndex& index, const FixtureBeam& beam);
+// Result: the profile with the wheel's gobos, made once; the same where there are none.
+std::shared_ptr<const Profile> with_gobos(ShowImport& import, const std::shared_ptr<const Profile>& profile,
+                                          const gdtf::FixtureType& type, int wheel);
 
 // How a console's pan and tilt become the light's: pan_rad = offset + sign · GDTF's, likewise tilt.
 struct HeadAxes {

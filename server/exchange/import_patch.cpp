@@ -23,23 +23,8 @@ constexpr auto kLooks = std::to_array<Look>(
 constexpr int kMaxRows = 4096;                // of a patch
 constexpr double kMostTurn_rad = 64.0 * kPi;  // of the properties
 
-struct Driving {
-    const gdtf::PatchedChannel* patched = nullptr;
-    const gdtf::ChannelFunction* function = nullptr;
-    int bytes = 1;  // of the channel
-};
-
-// The nearest geometry's channel with a function of this attribute, from the beam upwards.
 Driving driving(const ModeIndex& index, const FixtureBeam& beam, std::string_view attribute) {
-    for (int at = beam.geometry; at >= 0; at = beam.mode.geometries[static_cast<std::size_t>(at)].parent) {
-        const auto [first, last] = index.channels_of.equal_range(at);
-        for (auto one = first; one != last; ++one) {
-            const gdtf::Channel& channel = beam.mode.channels[static_cast<std::size_t>(one->second->channel)];
-            for (const gdtf::ChannelFunction& function : channel.functions)
-                if (function.attribute == attribute) return {one->second, &function, channel.bytes};
-        }
-    }
-    return {};
+    return driving(index, beam, [&](std::string_view one) { return one == attribute; });
 }
 
 struct Slot {
@@ -53,39 +38,6 @@ Slot slot_of(const mvr::Fixture& fixture, int dmx_break, int slot) {
         return {patch.universe + at / 512, at % 512 + 1};
     }
     return {};
-}
-
-// low, high: what slot value 0 and the highest stand for.
-void add_row(ShowImport& import, const FixtureBeam& beam, const Driving& by, const char* property, double low,
-             double high) {
-    const Slot coarse = slot_of(beam.fixture, by.patched->dmx_break, by.patched->slots[0]);
-    if (coarse.universe == 0 || coarse.universe > mvr::kMostUniverse) {
-        import.report.add(Outcome::left_out,
-                          coarse.universe == 0 ? "a channel's break is not patched" : "a slot beyond the last universe",
-                          beam.light + " " + property);
-        return;
-    }
-    if (import.patch.rows_size() >= kMaxRows) {
-        import.report.add(Outcome::left_out, "a property beyond the 4,096 rows of a patch", beam.light);
-        return;
-    }
-    bool fine = by.patched->slots.size() > 1;
-    if (fine) {
-        const Slot next = slot_of(beam.fixture, by.patched->dmx_break, by.patched->slots[1]);
-        fine = next.universe == coarse.universe && next.address == coarse.address + 1;
-        if (!fine)
-            import.report.add(Outcome::guessed, "a channel's bytes are not neighbours: the most significant one counts",
-                              beam.light);
-    }
-    v1::PatchRow& row = *import.patch.add_rows();
-    row.set_protocol("sacn");
-    row.set_universe(coarse.universe);
-    row.set_address(coarse.address);
-    row.set_target(beam.light);
-    row.set_property(property);
-    row.set_bits(fine ? 16 : 8);
-    row.set_low(low);
-    row.set_high(high);
 }
 
 // What the physical value would be at slot value 0 and at the highest, were the function's line to go on.
@@ -116,6 +68,7 @@ void note_undriven(ShowImport& import, const FixtureBeam& beam) {
             const bool color = function.attribute.size() == 10 && (function.attribute.starts_with("ColorAdd_") ||
                                                                    function.attribute.starts_with("ColorSub_"));
             if (color && std::string_view("RGBCMY").find(function.attribute.back()) != std::string_view::npos) continue;
+            if (drives_beam(function.attribute)) continue;
             if (told.insert(function.attribute).second)
                 import.report.add(Outcome::left_out, "DMX of an attribute drives nothing",
                                   beam.type.name + " " + function.attribute);
@@ -175,6 +128,53 @@ void add_colors(ShowImport& import, const ModeIndex& index, const FixtureBeam& b
 }
 
 }  // namespace
+
+Driving driving(const ModeIndex& index, const FixtureBeam& beam, const std::function<bool(std::string_view)>& wanted) {
+    for (int at = beam.geometry; at >= 0; at = beam.mode.geometries[static_cast<std::size_t>(at)].parent) {
+        const auto [first, last] = index.channels_of.equal_range(at);
+        for (auto one = first; one != last; ++one) {
+            const gdtf::Channel& channel = beam.mode.channels[static_cast<std::size_t>(one->second->channel)];
+            for (const gdtf::ChannelFunction& function : channel.functions)
+                if (wanted(function.attribute)) return {one->second, &function, channel.bytes};
+        }
+    }
+    return {};
+}
+
+void add_row(ShowImport& import, const FixtureBeam& beam, const Driving& by, const char* property, double low,
+             double high, const std::vector<v1::PatchRange>& ranges) {
+    const Slot coarse = slot_of(beam.fixture, by.patched->dmx_break, by.patched->slots[0]);
+    if (coarse.universe == 0 || coarse.universe > mvr::kMostUniverse) {
+        import.report.add(Outcome::left_out,
+                          coarse.universe == 0 ? "a channel's break is not patched" : "a slot beyond the last universe",
+                          beam.light + " " + property);
+        return;
+    }
+    if (import.patch.rows_size() >= kMaxRows) {
+        import.report.add(Outcome::left_out, "a property beyond the 4,096 rows of a patch", beam.light);
+        return;
+    }
+    bool fine = by.patched->slots.size() > 1 && ranges.empty();
+    if (fine) {
+        const Slot next = slot_of(beam.fixture, by.patched->dmx_break, by.patched->slots[1]);
+        fine = next.universe == coarse.universe && next.address == coarse.address + 1;
+        if (!fine)
+            import.report.add(Outcome::guessed, "a channel's bytes are not neighbours: the most significant one counts",
+                              beam.light);
+    }
+    v1::PatchRow& row = *import.patch.add_rows();
+    row.set_protocol("sacn");
+    row.set_universe(coarse.universe);
+    row.set_address(coarse.address);
+    row.set_target(beam.light);
+    row.set_property(property);
+    row.set_bits(fine ? 16 : 8);
+    if (ranges.empty()) {
+        row.set_low(low);
+        row.set_high(high);
+    }
+    row.mutable_ranges()->Add(ranges.begin(), ranges.end());
+}
 
 ModeIndex& index_of(ShowImport& import, const gdtf::Mode& mode) {
     const auto [at, fresh] = import.modes.try_emplace(&mode);
@@ -242,6 +242,7 @@ bool add_patch_rows(ShowImport& import, const FixtureBeam& beam) {
             import.report.add(Outcome::left_out, "a dimmer that is only a part of its channel", beam.light);
     }
     add_colors(import, index, beam);
+    add_beam_rows(import, index, beam);
     const Driving pan = driving(index, beam, "Pan"), tilt = driving(index, beam, "Tilt");
     if (pan.patched == nullptr && tilt.patched == nullptr) return false;
     const auto never_filled_in = [](const Driving& by) {

@@ -39,7 +39,7 @@ void Renderer::keep_layers(const Scene& scene) {
     std::vector<const Light*> coming;
     for (const Light& light : scene.lights) {
         const Revision placed = std::max({light.position_rev, light.aim_rev, light.profile_rev}),
-                       changed = std::max(placed, light.level_rev);
+                       changed = light.strobe_hz > 0.0 ? scene.scene_rev : std::max(placed, light.level_rev);
         if (std::find(layered_.begin(), layered_.end(), light.id) != layered_.end())
             kept.emplace_back(changed, light.id);
         else if (changed > last && last > 0)

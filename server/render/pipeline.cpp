@@ -450,6 +450,7 @@ struct Builder {
         for (std::size_t i = 0; i < scene.lights.size(); ++i) {
             const Light& light = scene.lights[i];
             key.push_back(light.level_rev);
+            key.push_back(light.strobe_hz > 0.0 && light.flash_off);
             if (in.view == View::solid) key.insert(key.end(), {light.position_rev, light.aim_rev, light.profile_rev});
             if (in.layers[i] < 0) continue;  // of the summed slots
             reads.push_back(per_target(Slot::refined, light.id));

@@ -50,11 +50,11 @@ void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
     for (const Light& light : scene.lights) {
         LightGpu& gpu = lights_[light.id];
         if (gpu.rsm_fbo.id() == 0) gpu.rsm_size = rsm_size_;
-        if (gpu.profile != light.profile) {
-            std::weak_ptr<const WebGpu>& cached = webs_[light.profile.get()];
+        if (gpu.profile != light.shining()) {
+            std::weak_ptr<const WebGpu>& cached = webs_[light.shining().get()];
             gpu.web = cached.lock();
-            if (!gpu.web) cached = gpu.web = make_web(light.profile);
-            gpu.profile = light.profile;
+            if (!gpu.web) cached = gpu.web = make_web(light.shining());
+            gpu.profile = light.shining();
         }
         const SlotRef reached{Slot::reached, 0, light.id};
         if (!pass_cache_.holds(reached, {light.profile_rev, light.aim_rev})) {

@@ -292,7 +292,7 @@ Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& lo
     try {
         dispatch(changed, command, loaded, applied.warnings);
         check_layers(changed);
-        for (Light& light : changed.lights) light.tilt_factor = tilt_factor_of(light);
+        for (Light& light : changed.lights) follow_values(light);
     } catch (const Refused& refused) {
         return refused.error;
     }
@@ -327,8 +327,8 @@ static std::optional<Error> apply_input(Scene& scene, const v1::Command& command
         return Error{"unsupported", "command", "", "a console cannot say this"};
     std::vector<std::string> unheard;
     try {
-        dispatch(scene, command, {}, unheard);  // each checks what it says before it changes anything
-        for (Light& light : scene.lights) light.tilt_factor = tilt_factor_of(light);  // a preset turns them
+        dispatch(scene, command, {}, unheard);                   // each checks what it says before it changes anything
+        for (Light& light : scene.lights) follow_values(light);  // a preset turns them
     } catch (const Refused& refused) {
         return refused.error;
     }
@@ -397,7 +397,8 @@ glm::dvec3 light_weight(const Scene& scene, const Light& light) {
 
 glm::dvec3 own_weight(const Light& light) {
     return light.color * filtered_white(light.cct_k, light.tint_duv, light.gel.get()) *
-           (light.level_ratio * light.multiplier * light.tilt_factor);
+           (light.level_ratio * light.shutter_ratio * light.multiplier * light.tilt_factor *
+            (light.strobe_hz > 0.0 && light.flash_off ? 0.0 : 1.0));
 }
 
 const char* view_name(View view) {

@@ -8,6 +8,7 @@
 #include "server/scene/light_values.h"
 #include "server/scene/opening.h"
 #include "server/scene/orientation.h"
+#include "server/scene/shaped_profile.h"
 
 namespace gonio {
 
@@ -23,6 +24,11 @@ double tilt_factor_of(const Light& light) {
     if (!table) return 1.0;
     const double down = std::clamp(-aim_of(light.world_from_light).y, -1.0, 1.0);
     return ies::tilt_factor(*table, Angle::radians(std::acos(down)));
+}
+
+void follow_values(Light& light) {
+    light.tilt_factor = tilt_factor_of(light);
+    follow_shaping(light);
 }
 
 namespace {
@@ -53,6 +59,13 @@ std::optional<ies::Opening> opening_named(const std::string& text, const std::st
     return opening;
 }
 
+void check_gobo(const Light& light, const std::string& field) {
+    const std::size_t slots = light.profile->gobos ? light.profile->gobos->size() : 0;
+    if (light.gobo > static_cast<double>(slots))
+        refuse("not_found", field, print_number(light.gobo),
+               slots == 0 ? "its profile has no gobos" : "its profile has gobos 1 to " + std::to_string(slots));
+}
+
 void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Loaded& loaded,
                    const std::string& prefix) {
     const bool turns = set.has_pan_rad() || set.has_tilt_rad() || set.has_roll_rad();
@@ -63,11 +76,13 @@ void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Lo
         if (!has_numbers(set, row.field)) continue;
         const std::vector<double> numbers = read_numbers(set, row.field);
         const std::string field = prefix + std::string(row.field);
-        if (light_row.number != nullptr)
-            change(scene, light.*light_row.number, checked(numbers[0], row, field), light.*light_row.stale);
-        else
+        if (light_row.number != nullptr) {
+            const double number = checked(numbers[0], row, field);
+            change(scene, light.*light_row.number, row.whole ? std::round(number) : number, light.*light_row.stale);
+        } else {
             change(scene, light.*light_row.vector, checked_vector(numbers, row.least, row.most, field),
                    light.*light_row.stale);
+        }
     }
     if (turns && light.aim_rev == scene.scene_rev + 1)  // the angles that it had turn nothing, not by a last bit either
         light.world_from_light = orientation_of({light.pan_rad, light.tilt_rad, light.roll_rad});
@@ -84,6 +99,11 @@ void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Lo
     if (loaded.profile && light.sun && !(*loaded.profile == *light.profile))
         refuse("unsupported", prefix + "profile", loaded.profile->name, "the sun's light is parallel: it has no web");
     if (loaded.profile) change(scene, light.profile, shared_profile(scene, loaded.profile), light.profile_rev);
+    if (set.has_gobo() && !loaded.profile) check_gobo(light, prefix + "gobo");
+    if (light.sun && (light.zoom_rad != 0.0 || light.gobo != 0.0))
+        refuse("unsupported", prefix + (light.zoom_rad != 0.0 ? "zoom_rad" : "gobo"),
+               print_number(light.zoom_rad != 0.0 ? light.zoom_rad : light.gobo),
+               "the sun's light is parallel: it has no web");
 }
 
 // Result: why not; then the light is as before.
@@ -95,7 +115,7 @@ std::optional<Error> try_light(Scene& scene, Light& light, const v1::SetLight& s
         light = before;
         return refused.error;
     }
-    light.tilt_factor = tilt_factor_of(light);
+    follow_values(light);
     return std::nullopt;
 }
 

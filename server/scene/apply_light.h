@@ -25,5 +25,7 @@ std::optional<Error> set_light_in_parts(Scene& scene, const v1::SetLight& set);
 void take_angles(Light& light);
 // Result: the lamp's output at this tilt, the angle between the aim and nadir; 1 without a TILT table.
 double tilt_factor_of(const Light& light);
+// Sets what follows a light's values: its TILT factor and what zoom and gobo make of its profile.
+void follow_values(Light& light);
 
 }  // namespace gonio

@@ -11,6 +11,11 @@ static constexpr LightRow kRows[] = {
     {Property::color, nullptr, &LightValues::color, &Light::level_rev},
     {Property::tint, &LightValues::tint_duv, nullptr, &Light::level_rev},
     {Property::cct, &LightValues::cct_k, nullptr, &Light::level_rev},
+    {Property::shutter, &LightValues::shutter_ratio, nullptr, &Light::level_rev},
+    {Property::strobe, &LightValues::strobe_hz, nullptr, &Light::level_rev},
+    {Property::zoom, &LightValues::zoom_rad, nullptr, &Light::profile_rev},
+    {Property::gobo, &LightValues::gobo, nullptr, &Light::profile_rev},
+    {Property::gobo_turn, &LightValues::gobo_rad, nullptr, &Light::profile_rev},
 };
 
 std::span<const LightRow> light_rows() {

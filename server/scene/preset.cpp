@@ -14,8 +14,10 @@ Preset preset_of(const Scene& scene) {
 
 Numbers between(const LightRow& light_row, const Numbers& from, const Numbers& to, double ratio) {
     if (ratio >= 1.0) return to;
-    const bool or_none = row_of(light_row.property).or_none;
-    const auto way = [&](double end) { return or_none && end == 0 ? kWhiteCct_k : end; };
+    const PropertyRow& row = row_of(light_row.property);
+    const bool white = row.property == Property::cct, from_none = from[0] == 0 || to[0] == 0;
+    if (row.whole || (row.or_none && from_none && !white)) return ratio > 0.0 ? to : from;  // nothing lies between
+    const auto way = [&](double end) { return white && end == 0 ? kWhiteCct_k : end; };
     Numbers numbers{};
     for (std::size_t i = 0; i < count_of(light_row); ++i)
         numbers[i] = way(from[i]) + (way(to[i]) - way(from[i])) * ratio;

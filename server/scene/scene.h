@@ -104,13 +104,23 @@ struct LightTablesOnce {
     bool operator==(const LightTablesOnce&) const { return true; }
 };
 
+// A slot of a luminaire's wheel: how much of the light a picture in the gate lets through.
+struct Gobo {
+    std::string name;
+    int size_px = 0;                            // of each side; 0: it has no picture and is open
+    std::vector<std::uint16_t> transmission{};  // rows from the top, 65535: all passes
+    bool operator==(const Gobo&) const = default;
+};
+using Gobos = std::vector<Gobo>;
+
 // A profile as lights share it.
 struct Profile {
     std::string name;
     ies::Photometry photometry;
-    double peak_cd = 0.0;   // of the web
-    double flux_lm = 0.0;   // its integral
-    bool uploaded = false;  // by a client
+    double peak_cd = 0.0;                // of the web
+    double flux_lm = 0.0;                // its integral
+    bool uploaded = false;               // by a client
+    std::shared_ptr<const Gobos> gobos;  // of its wheel; null: it has none
     LightTablesOnce tables;
     bool operator==(const Profile&) const = default;
 };
@@ -164,9 +174,19 @@ struct LightValues {
     double level_ratio = 1.0;
     glm::dvec3 color{1.0};
     double cct_k = 0.0, tint_duv = 0.0;  // white.h
-    std::shared_ptr<const Gel> gel;      // null: none
+    double shutter_ratio = 1.0, strobe_hz = 0.0;
+    double zoom_rad = 0.0, gobo = 0.0, gobo_rad = 0.0;  // shaped_profile.h
+    std::shared_ptr<const Gel> gel;                     // null: none
     std::shared_ptr<const Profile> profile;
     std::optional<ies::Opening> opening;  // luminous; none: what the profile says (opening.h)
+};
+
+// What is made of a profile by a light's zoom and gobo: shaped_profile.h.
+struct Shaping {
+    double zoom_rad = 0.0;  // 0: as it is
+    int gobo = 0;           // 0: open
+    double gobo_rad = 0.0;
+    bool operator==(const Shaping&) const = default;
 };
 
 struct Light : LightValues {
@@ -175,6 +195,11 @@ struct Light : LightValues {
     int seed = -1;     // index into SceneAsset::lights of what it was made of; -1: it was added
     bool sun = false;  // its light is parallel, along its aim; `multiplier` is lux, the position has no effect
     double multiplier = 1.0;
+    std::shared_ptr<const Profile> shaped;  // of `shaped_of`, which follows zoom and gobo; null: the profile as it is
+    std::pair<std::shared_ptr<const Profile>, Shaping> shaped_of;
+    bool flash_off = false;  // of its strobe, now (strobe.h)
+    // Result: what it shines with.
+    const std::shared_ptr<const Profile>& shining() const { return shaped ? shaped : profile; }
     double tilt_factor = 1.0;  // LM-63 TILT=INCLUDE: all candela at the luminaire's tilt; follows aim and profile
     Revision position_rev = 0, aim_rev = 0, profile_rev = 0, level_rev = 0, name_rev = 0;
 };

@@ -7,6 +7,7 @@
 #include "server/scene/apply_light.h"
 #include "server/scene/false_color.h"
 #include "server/scene/light_values.h"
+#include "server/scene/shaped_profile.h"
 
 namespace gonio {
 namespace {
@@ -17,12 +18,14 @@ void set_weight(Light& light, const glm::dvec3& weight) {
     light.color = weight;
     light.tint_duv = light.cct_k = 0.0;
     light.gel = nullptr;
-    light.level_ratio = light.multiplier = light.tilt_factor = 1.0;
+    light.level_ratio = light.shutter_ratio = light.multiplier = light.tilt_factor = 1.0;
+    light.strobe_hz = 0.0;
 }
 
 bool same_place(const Light& a, const Light& b) {
     return (a.sun || glm::distance(a.position, b.position) < 1e-9) &&
-           std::abs(glm::dot(a.world_from_light, b.world_from_light)) > 1.0 - 1e-12 && a.profile == b.profile;
+           std::abs(glm::dot(a.world_from_light, b.world_from_light)) > 1.0 - 1e-12 && a.profile == b.profile &&
+           shaping_of(a) == shaping_of(b);
 }
 
 // Result: the light as the preset keeps it. now: the light of its name; null: it is gone.
@@ -41,7 +44,7 @@ Light light_then(const Scene& scene, const PresetLight& kept, const Light* now) 
     const std::shared_ptr<const Profile> own = then.profile;
     static_cast<LightValues&>(then) = kept;
     if (then.sun && own) then.profile = own;
-    then.tilt_factor = tilt_factor_of(then);
+    follow_values(then);
     return then;
 }
 

@@ -41,6 +41,8 @@ void put_light(const Light& light, v1::Light& out) {
     out.set_sun(light.sun);
     out.set_profile(light.profile->name);
     if (light.gel) out.set_gel(light.gel->name);
+    if (light.profile->gobos)
+        for (const Gobo& gobo : *light.profile->gobos) out.add_gobos(gobo.name);
     out.set_opening(print_opening(opening_of(light)));
     out.set_opening_of_file(!light.opening);
     if (light.sun) {  // parallel light has no intensity

@@ -73,6 +73,9 @@ void add_light(Digest& digest, const LightSeed& light) {
     digest.add(light.multiplier);
     digest.add(light.sun);
     if (light.profile) digest.add(std::string_view(ies::write_lm63(light.profile->photometry)));
+    if (light.profile && light.profile->gobos)
+        for (const Gobo& gobo : *light.profile->gobos)
+            digest.add(gobo.transmission.data(), gobo.transmission.size() * sizeof(gobo.transmission[0]));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "protocol/timecode/timecode.h"
 #include "server/base/clock.h"
 #include "server/scene/cue.h"
+#include "server/scene/strobe.h"
 #include "server/sequence/digest.h"
 #include "server/sequence/job_json.h"
 #include "server/session/command_files.h"
@@ -112,6 +113,7 @@ void Timeline::next() {
     while (next_event_ < events_.size() && events_[next_event_].t_s <= t_s) run(events_[next_event_++]);
     player_.advance(scene_, nanoseconds_of(t_s));
     for (Group& group : groups_) set(group, t_s);
+    set_flashes(scene_, t_s);
 }
 
 void Timeline::run(const Event& event) {

@@ -19,7 +19,14 @@ Revision newest_of(const Scene& scene, bool levels) {
     return levels ? std::max(newest, scene.master_rev) : newest;
 }
 
-bool is_dark(const Scene& scene) {
+// Result: the scene with all strobes on.
+Scene without_flashes(Scene scene) {
+    for (Light& light : scene.lights) light.flash_off = false;
+    return scene;
+}
+
+bool is_dark(const Scene& asked) {
+    const Scene scene = without_flashes(asked);
     return std::all_of(scene.lights.begin(), scene.lights.end(),
                        [&](const Light& light) { return light_weight(scene, light) == glm::dvec3(0.0); });
 }
@@ -58,7 +65,7 @@ void AutoExposure::tend(const Scene& scene, std::int64_t now_ns) {
     take_answer(scene, now_ns);
     if (!automatic_ || asked_) return;
     if (!at_once_ && (newest_ == metered_ || now_ns - changed_ns_ < kMeteringRest_ns)) return;
-    asked_ = loader_.submit([scene, meter = meter_, answers = answers_, wake = wake_] {
+    asked_ = loader_.submit([scene = without_flashes(scene), meter = meter_, answers = answers_, wake = wake_] {
         Answer answer;
         try {
             answer.ev100 = meter(scene);

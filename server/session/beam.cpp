@@ -63,8 +63,8 @@ Result<v1::Beam> beam_of(const Scene& scene, const v1::BeamQuery& query) {
     if (light == nullptr) return Error{"not_found", "beam.light", query.light(), "there is no light of this name"};
     if (light->sun) return Error{"unsupported", "beam.light", query.light(), "the sun's light is parallel"};
     const auto geometry = trace::geometry_of(scene);
-    const ies::PhotometricWeb& photometric = light->profile->photometry.web;
-    const Web web{photometric, shines_up(photometric, light->profile->peak_cd)};
+    const ies::PhotometricWeb& photometric = light->shining()->photometry.web;
+    const Web web{photometric, shines_up(photometric, light->shining()->peak_cd)};
     const glm::vec3 from = geometry->local(light->position);
     const double far_m = 2.0 * static_cast<double>(geometry->extent());
     v1::Beam beam;
@@ -75,7 +75,7 @@ Result<v1::Beam> beam_of(const Scene& scene, const v1::BeamQuery& query) {
         edge.set_ratio(ratio);
         for (int i = 0; i < kBeamHalfPlanes; ++i) {
             const double h = 2.0 * std::numbers::pi * i / kBeamHalfPlanes;
-            const auto v = edge_angle(web, h, ratio * light->profile->peak_cd);
+            const auto v = edge_angle(web, h, ratio * light->shining()->peak_cd);
             if (!v) continue;
             const glm::dvec3 along = glm::normalize(light->world_from_light * web.direction(*v, h));
             trace::SurfaceHit hit;

@@ -184,17 +184,18 @@ std::string luminaires_html(const Scene& scene) {
     std::vector<const Profile*> profiles;
     std::string rows;
     for (const Light& light : scene.lights) {
-        const auto [entry, fresh] = number_of.try_emplace(light.profile.get(), static_cast<int>(profiles.size()) + 1);
-        if (fresh && !light.sun) profiles.push_back(light.profile.get());
+        const auto [entry, fresh] = number_of.try_emplace(light.shining().get(), static_cast<int>(profiles.size()) + 1);
+        if (fresh && !light.sun) profiles.push_back(light.shining().get());
         const glm::dvec3 aim = light.world_from_light * glm::dvec3(0, 0, -1);
-        rows += "<tr>" + cell(escaped(light.name)) + number_cell(light.sun ? "sun" : std::to_string(entry->second)) +
-                number_cell(printed("%.1f %%", 100.0 * light.level_ratio)) +
-                number_cell(printed("%.4g", light.multiplier)) +
-                number_cell(light.sun ? "–"
-                                      : printed("%.0f", light.profile->flux_lm * light.multiplier * light.level_ratio *
-                                                            scene.master_ratio * light.tilt_factor)) +
-                cell(printed("%.3f, %.3f, %.3f", light.position.x, light.position.y, light.position.z)) +
-                cell(printed("%.3f, %.3f, %.3f", aim.x, aim.y, aim.z)) + cell(colour_text(light)) + "</tr>";
+        rows +=
+            "<tr>" + cell(escaped(light.name)) + number_cell(light.sun ? "sun" : std::to_string(entry->second)) +
+            number_cell(printed("%.1f %%", 100.0 * light.level_ratio * light.shutter_ratio)) +
+            number_cell(printed("%.4g", light.multiplier)) +
+            number_cell(light.sun ? "–"
+                                  : printed("%.0f", light.shining()->flux_lm * light.multiplier * light.level_ratio *
+                                                        light.shutter_ratio * scene.master_ratio * light.tilt_factor)) +
+            cell(printed("%.3f, %.3f, %.3f", light.position.x, light.position.y, light.position.z)) +
+            cell(printed("%.3f, %.3f, %.3f", aim.x, aim.y, aim.z)) + cell(colour_text(light)) + "</tr>";
         if (fresh && light.sun) number_of.erase(entry);
     }
     std::string text =

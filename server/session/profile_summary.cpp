@@ -89,16 +89,16 @@ v1::ProfileReply profile_reply(const Light& light) {
     v1::ProfileReply reply;
     reply.set_light(light.name);
     reply.set_profile(light.profile->name);
-    reply.set_max_cd(light.profile->peak_cd);
-    reply.set_flux_lm(light.profile->flux_lm);
+    reply.set_max_cd(light.shining()->peak_cd);
+    reply.set_flux_lm(light.shining()->flux_lm);
     for (int v = 0; v <= 180; v += 2) {
         reply.add_v_deg(v);
-        reply.add_c0_cd(candela(*light.profile, v, 0));
-        reply.add_c90_cd(candela(*light.profile, v, 90));
-        reply.add_c180_cd(candela(*light.profile, v, 180));
-        reply.add_c270_cd(candela(*light.profile, v, 270));
+        reply.add_c0_cd(candela(*light.shining(), v, 0));
+        reply.add_c90_cd(candela(*light.shining(), v, 90));
+        reply.add_c180_cd(candela(*light.shining(), v, 180));
+        reply.add_c270_cd(candela(*light.shining(), v, 270));
     }
-    *reply.mutable_summary() = summary_of(*light.profile);
+    *reply.mutable_summary() = summary_of(*light.shining());
     reply.set_tilt_factor(light.tilt_factor);
     return reply;
 }

@@ -400,6 +400,7 @@ void RenderSession::advance_fade(std::int64_t now_ns) {
         apply_inputs(fade_.step(scene_, now_ns), fade_by_);
         tell_inputs(before, fade_by_);
     }
+    if (set_flashes(scene_, static_cast<double>(now_ns) * 1e-9)) flashed_ = true;
     const Revision before_cues = scene_.scene_rev;
     cues_.advance(scene_, now_ns);
     note_cues(before_cues, cue_by_);
@@ -460,6 +461,7 @@ void RenderSession::begin_frame(std::int64_t drained_ns) {
         renderer_->begin_frame(scene_, drained_ns);
         if (rendered_rev_ != scene_.scene_rev) changed_ns_ = now_ns;
         rendered_rev_ = scene_.scene_rev;
+        flashed_ = false;
         better_ = false;
         refined_ = renderer_->refined(scene_);
     });

@@ -12,6 +12,7 @@
 
 #include "server/base/queue.h"
 #include "server/scene/preset.h"
+#include "server/scene/strobe.h"
 #include "server/session/auto_exposure.h"
 #include "server/session/auto_range.h"
 #include "server/session/budget.h"
@@ -60,9 +61,9 @@ public:
     std::vector<std::optional<Error>> apply_inputs(std::span<const v1::Command> commands, std::uint32_t by = 0,
                                                    Driven driven = Driven::by_hand);
     void tell_inputs(Revision before, std::uint32_t by = 0);
-    // Brings a preset that is being faded, cues that run, and the exposure to where they shall be now. Whether it wants
-    // to be called with every frame:
-    bool fading() const { return fade_.running() || cues_.fading() || auto_exposure_.gliding(); }
+    // Brings a preset that is being faded, cues that run, strobes and the exposure to where they shall be now. Whether
+    // it wants to be called with every frame:
+    bool fading() const { return fade_.running() || cues_.fading() || auto_exposure_.gliding() || any_strobe(scene_); }
     // Result: ns until it wants to be called; INT64_MAX: never by itself.
     std::int64_t fade_in_ns(std::int64_t now_ns) const { return cues_.due_in_ns(scene_, now_ns); }
     void advance_fade(std::int64_t now_ns);
@@ -70,7 +71,7 @@ public:
     void hear_timecode(TimecodeSource source, const Timecode& timecode, std::int64_t t_ns);
     // Whether the picture is older than the scene or not all there is to come of it; or somebody waits for a report.
     bool frame_wanted() const {
-        return rendered_rev_ != scene_.scene_rev || better_ || !renderer_->settled() || owes();
+        return rendered_rev_ != scene_.scene_rev || flashed_ || better_ || !renderer_->settled() || owes();
     }
     bool report_wanted() const { return reports_.waited_for(); }
     // The GPU is lost: gives the renderer up, and the frames that it was at. With the next one captures and meter grids
@@ -170,6 +171,7 @@ private:
     Roles roles_;
     Changes changes_;
     Revision rendered_rev_ = 0;
+    bool flashed_ = false;  // a strobe went on or out since the last frame
     Budget budget_;
     std::int64_t changed_ns_ = INT64_MIN / 2;                  // when a frame of a new revision began
     bool watched_ = false, better_ = false, refined_ = false;  // better_: another frame shows more than the last

@@ -44,6 +44,12 @@ std::string lasting_name(const std::string& scene) {
     return error ? scene : path.string();
 }
 
+// Result: the first light of the file with this profile; nullptr: none has it.
+const LightSeed* seed_with(const SceneAsset& asset, const std::shared_ptr<const Profile>& profile) {
+    const auto at = std::ranges::find(asset.lights, profile, &LightSeed::profile);
+    return at == asset.lights.end() ? nullptr : &*at;
+}
+
 const LightSeed* seed_named(const SceneAsset& asset, const std::string& name) {
     const auto at = std::ranges::find(asset.lights, name, &LightSeed::name);
     return at == asset.lights.end() ? nullptr : &*at;
@@ -94,6 +100,8 @@ public:
         if (light.gel) out.set_gel(light.gel->name);
         if (light.opening) out.set_opening(print_opening(*light.opening));
         const LightSeed* own = seed_named(*scene_.asset, scene_name_of(light.name));
+        if ((own == nullptr || own->profile != light.profile) && light.profile->gobos)
+            own = seed_with(*scene_.asset, light.profile);  // a photometric file would not have its wheel
         if (own != nullptr && own->profile == light.profile) {
             out.set_scene_profile(own->name);
             return;

@@ -59,7 +59,7 @@ Luminaire luminaire_of(const Light& light, const Geometry& geometry) {
     const LightSource source = gonio::source_of(light, geometry.asset().bounds);
     luminaire.position = source.position - geometry.origin();
     luminaire.world_from_light = glm::mat3_cast(light.world_from_light);
-    luminaire.profile = light.profile;
+    luminaire.profile = light.shining();
     luminaire.opening = opening_of(light);
     if (light.sun) {
         const Length disc = 2.0 * std::tan(0.5 * kSunDiameter_rad) * std::sqrt(source.gain) * m;
@@ -79,11 +79,11 @@ std::vector<Luminaire> luminaires_of(const Scene& scene, const Geometry& geometr
         luminaire.weight = glm::vec3(light_weight(scene, light) * source.gain);
         const double flux_lm = light.sun
                                    ? std::numbers::pi * luminaire.sun_reach_m * luminaire.sun_reach_m / source.gain
-                                   : light.profile->flux_lm;  // for a weight of 1
+                                   : light.shining()->flux_lm;  // for a weight of 1
         luminaire.power = static_cast<float>(luminance(glm::dvec3(luminaire.weight)) * flux_lm);
         if (!(luminaire.power > 0.0f)) continue;
-        luminaire.directions = &tables_of(*light.profile).directions;
-        luminaire.beam_cos = tables_of(*light.profile).beam_cos;
+        luminaire.directions = &tables_of(*light.shining()).directions;
+        luminaire.beam_cos = tables_of(*light.shining()).beam_cos;
         if (!luminaire.directions->dark()) result.push_back(std::move(luminaire));
     }
     return result;

@@ -7,6 +7,7 @@
 
 #include "protocol/schema/gonio.pb.h"
 #include "server/assets/assets.h"
+#include "server/scene/strobe.h"
 #include "tests/gl/test_context.h"
 
 namespace gonio::test {
@@ -186,6 +187,17 @@ TEST_P(Cost, LevelColourMasterExposureRunTheCompositeOnly) {
     EXPECT_EQ(only_frame(), composite);
     set([](v1::SetLight& light) { light.set_gel("L204"); });
     EXPECT_EQ(only_frame(), composite);
+    set([](v1::SetLight& light) { light.set_shutter_ratio(0.5); });
+    EXPECT_EQ(only_frame(), composite);
+    set([](v1::SetLight& light) { light.set_strobe_hz(10); });
+    EXPECT_EQ(only_frame(), composite);
+    ASSERT_TRUE(set_flashes(scene, 0.06));
+    EXPECT_EQ(only_frame(), composite) << "it goes out";
+    EXPECT_EQ(only_frame(), Ran{}) << "it stays out";
+    ASSERT_TRUE(set_flashes(scene, 0.11));
+    EXPECT_EQ(only_frame(), composite) << "it is on again";
+    set([](v1::SetLight& light) { light.set_strobe_hz(0); });
+    EXPECT_EQ(only_frame(), composite);
     change([](v1::Command& c) { c.mutable_set_master()->set_ratio(0.7); });
     EXPECT_EQ(only_frame(), composite);
     change([](v1::Command& c) { c.mutable_set_exposure()->set_ev100(7.3); });
@@ -196,6 +208,12 @@ TEST_P(Cost, LevelColourMasterExposureRunTheCompositeOnly) {
     EXPECT_EQ(only_frame(), composite) << "all luminaires at once";
     set([](v1::SetLight& light) { light.set_level_ratio(0.0); });
     EXPECT_EQ(only_frame(), composite);
+}
+
+TEST_P(Cost, AZoomRunsWhatAProfileRuns) {
+    set([](v1::SetLight& light) { light.set_zoom_rad(0.35); });
+    const Ran ran = moving_frame();
+    EXPECT_EQ(ran, picture_of(of(own, {"surfels", "solve", "direct", "gather"})));
 }
 
 TEST_P(Cost, TheSameValueAgainRunsNothing) {

@@ -13,6 +13,7 @@
 #include "ies/synthetic.h"
 #include "protocol/dmx/patch.h"
 #include "protocol/schema/gonio.pb.h"
+#include "server/assets/assets.h"
 #include "server/exchange/import_parts.h"
 #include "server/scene/apply.h"
 #include "server/scene/console.h"
@@ -109,6 +110,91 @@ TEST(ImportMvr, FocusPointsAimAndNumbersName) {
     EXPECT_EQ(scene->lights[0].profile, scene->lights[1].profile) << "one web for all of a type";
 }
 
+// A head with a shutter of three functions, a zoom that has half of its channel, and a wheel: closed from 0, open from
+// 64, 1 to 10 Hz from 128; 10 to 50 degrees over 0 to 127; slot 1 open, slot 2 from 100 with a picture.
+std::string wheel_gdtf() {
+    const auto function = [](const std::string& attribute, const std::string& dmx, const std::string& from,
+                             const std::string& to, const std::string& more = "/>") {
+        return "<ChannelFunction Attribute='" + attribute + "' DMXFrom='" + dmx + "/1' Default='64/1' PhysicalFrom='" +
+               from + "' PhysicalTo='" + to + "' Wheel='Gobos'" + more;
+    };
+    const auto channel = [](const std::string& offset, const std::string& attribute, const std::string& functions) {
+        return "<DMXChannel DMXBreak='1' Offset='" + offset + "' Geometry='Base'><LogicalChannel Attribute='" +
+               attribute + "'>" + functions + "</LogicalChannel></DMXChannel>";
+    };
+    const std::string text = test::gdtf_text(
+        {.geometries = "<Geometry Name='Base'><Beam Name='Lens' LuminousFlux='10000' BeamAngle='25' FieldAngle='40'/>"
+                       "</Geometry>",
+         .modes = mode_text(
+             "Base",
+             channel("1", "Shutter1",
+                     function("Shutter1", "0", "0", "0") + function("Shutter1", "64", "1", "1") +
+                         function("Shutter1Strobe", "128", "1", "10")) +
+                 channel("2", "Zoom", function("Zoom", "0", "10", "50") + function("NoFeature", "128", "0", "1")) +
+                 channel("3", "Gobo1",
+                         function("Gobo1", "0", "0", "1",
+                                  "><ChannelSet DMXFrom='0/1' WheelSlotIndex='1'/><ChannelSet DMXFrom='100/1' "
+                                  "WheelSlotIndex='2'/></ChannelFunction>")) +
+                 channel_text("Base", "Gobo1Pos", "4,5", "-180", "180")),
+         .wheels = "<Wheel Name='Gobos'><Slot Name='Open'/><Slot Name='Half' MediaFileName='half'/></Wheel>"});
+    Image half{64, 64, {}};
+    for (int i = 0; i < 64 * 64; ++i)
+        for (const int value : {i % 64 < 32 ? 0 : 255, i % 64 < 32 ? 0 : 255, i % 64 < 32 ? 0 : 255, 255})
+            half.rgba.push_back(static_cast<std::uint8_t>(value));
+    const auto png = encode_rgba_png(half);
+    return *write_zip(std::vector<ZipFile>{
+        {"description.xml", text},
+        {"wheels/half.png", std::string(reinterpret_cast<const char*>(png->data()), png->size())}});
+}
+
+TEST(ImportMvr, DmxDrivesShutterStrobeZoomAndGobo) {
+    const std::string patch = "<Addresses><Address break='0'>1.1</Address></Addresses>";
+    const auto asset = imported(show_mvr(fixture("Spot", kHanging, patch), {{"Maker@Head.gdtf", wheel_gdtf()}}));
+    ASSERT_TRUE(asset->patch);
+    ASSERT_TRUE(check_patch(*asset->patch)) << check_patch(*asset->patch).error().text();
+    ASSERT_TRUE(asset->lights[0].profile->gobos);
+    EXPECT_EQ(asset->lights[0].profile->gobos->at(1).name, "Half");
+    const auto said = [&](std::vector<std::uint8_t> levels) {
+        v1::Patch rows;
+        *rows.mutable_rows() = asset->patch->rows();
+        PatchReader reader(rows);
+        DmxSource source;
+        source.id = 1;
+        std::ranges::copy(levels, source.levels.begin());
+        source.rank.fill(100);
+        std::map<std::string, double> values;
+        for (const PropertyValue& value : reader.read({DmxProtocol::sacn, 1}, {{source}}))
+            values[std::string(row_of(value.property).name)] = value.value[0];
+        return values;
+    };
+    auto values = said({0, 0, 0, 0, 0});
+    EXPECT_EQ(values.at("shutter"), 0);
+    EXPECT_EQ(values.at("strobe"), 0);
+    EXPECT_NEAR(values.at("zoom"), 10 * kDegree, 1e-9);
+    EXPECT_EQ(values.at("gobo"), 1);
+    EXPECT_NEAR(values.at("gobo-turn"), -180 * kDegree, 1e-9);
+    values = said({64, 127, 99, 255, 255});
+    EXPECT_EQ(values.at("shutter"), 1);
+    EXPECT_EQ(values.at("strobe"), 0);
+    EXPECT_NEAR(values.at("zoom"), 50 * kDegree, 1e-9);
+    EXPECT_EQ(values.at("gobo"), 1);
+    EXPECT_NEAR(values.at("gobo-turn"), 180 * kDegree, 1e-9);
+    values = said({255, 128, 100, 0, 0});
+    EXPECT_EQ(values.at("shutter"), 1);
+    EXPECT_NEAR(values.at("strobe"), 10, 1e-9);
+    EXPECT_FALSE(values.contains("zoom")) << "a value of no range leaves it";
+    EXPECT_EQ(values.at("gobo"), 2);
+    // physical = 1 + (191 - 128)/(255 - 128)·9
+    EXPECT_NEAR(said({191, 0, 0, 0, 0}).at("strobe"), 1.0 + 63.0 / 127.0 * 9.0, 1e-6);
+    // And the light shines with half of its flux.
+    Scene scene = scene_of(asset);
+    v1::Command command;
+    command.mutable_set_light()->set_name("Spot");
+    command.mutable_set_light()->set_gobo(2);
+    ASSERT_TRUE(apply(scene, command, {}));
+    EXPECT_NEAR(scene.lights[0].shining()->flux_lm, 5000, 10);
+}
+
 TEST(ImportMvr, ThePatchDrivesLevelPanAndTilt) {
     const std::string patch = "<Addresses><Address break='0'>2.101</Address></Addresses>";
     const auto scene = imported(show_mvr(fixture("Spot", kHanging, patch), {{"Maker@Head.gdtf", head_gdtf()}}));
@@ -127,7 +213,12 @@ TEST(ImportMvr, ThePatchDrivesLevelPanAndTilt) {
     EXPECT_NEAR(pan->high(), 270 * kDegree, 1e-9);
     EXPECT_NEAR(tilt->low(), -135 * kDegree, 1e-9);
     expect_near(scene->lights[0].position, {1, 4.7, -2}, 1e-9);  // where its axes meet
-    EXPECT_TRUE(says(*scene, "left out: DMX of an attribute drives nothing: \"Type Zoom\""));
+    const v1::PatchRow* zoom = row_of(*scene, "Spot", "zoom");
+    ASSERT_NE(zoom, nullptr);
+    EXPECT_EQ(zoom->address(), 106u);
+    EXPECT_NEAR(zoom->low(), 25 * kDegree, 1e-9);
+    EXPECT_NEAR(zoom->high(), 50 * kDegree, 1e-9);
+    EXPECT_FALSE(says(*scene, "Type Zoom"));
     // The patch is that of the scene, and goes with it; one that somebody set stays.
     Scene shown = scene_of(scene);
     EXPECT_EQ(shown.patch, scene->patch);

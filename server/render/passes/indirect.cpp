@@ -20,7 +20,7 @@ constexpr unsigned kVplsAtRest = 1024;  // of the picture
 
 const lighting::VplRays& rays_of(const Light& light, const LightGpu& gpu, unsigned count) {
     std::shared_ptr<const lighting::VplRays>& rays = gpu.web->rays;
-    if (!rays || rays->rays.size() != count) rays = std::make_shared<const lighting::VplRays>(light.profile, count);
+    if (!rays || rays->rays.size() != count) rays = std::make_shared<const lighting::VplRays>(light.shining(), count);
     return *rays;
 }
 
@@ -34,7 +34,7 @@ PassRun run_surfels(const PassContext& context, const Light& light, LightGpu& gp
     const Transport::Surface& surface = *context.transport->surface;
     const lighting::DirectLight direct = direct_light_of(context, light, gpu);
     lighting::direct_at_surfels(surface.surfels, context.traced, direct, gpu.surfel_direct, context.pool);
-    if (!light.sun && light.profile->flux_lm > 0.0 &&
+    if (!light.sun && light.shining()->flux_lm > 0.0 &&
         lighting::takes_flux(surface.surfels, direct.position, gpu.surfel_direct))
         lighting::take_flux(rays_of(light, gpu, kVplsAtRest), surface, direct, gpu.surfel_direct, context.pool);
     return {};

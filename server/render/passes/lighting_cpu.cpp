@@ -156,8 +156,8 @@ glm::dvec3 direct_at_point(const PassContext& context, const Light& light, const
         if (!(d2 > 0.0 && cosine > 0.0)) continue;
         const glm::dvec3 in_light = glm::transpose(world_from_light) * d;
         const double ratio =
-            ies::intensity(light.profile->photometry.web, {in_light.x, in_light.y, in_light.z}).in(cd) /
-            light.profile->peak_cd;
+            ies::intensity(light.shining()->photometry.web, {in_light.x, in_light.y, in_light.z}).in(cd) /
+            light.shining()->peak_cd;
         if (!(ratio > 0.0)) continue;
         const double air = context.haze && !light.sun ? transmittance(context.haze, at - context.traced.origin(),
                                                                       point - context.traced.origin())

@@ -1,0 +1,270 @@
+// Shutter, strobe, zoom and gobo of a show's fixtures: which slots drive them, and the wheels' pictures.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "protocol/schema/property.h"
+#include "server/assets/gltf_import.h"
+#include "server/exchange/import_parts.h"
+#include "server/scene/light_tables.h"
+
+namespace gonio::exchange {
+namespace {
+
+constexpr std::size_t kMostSlots = 255, kMostPictures = 64;
+constexpr std::size_t kMostPicturePixels = std::size_t{2048} * 2048;
+constexpr int kMostGobo_px = 256;
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+// "Gobo2Pos" -> 2, where `end` is "Pos"; 0 where the attribute is another one.
+int number_in(std::string_view attribute, std::string_view begin, std::string_view end) {
+    if (!attribute.starts_with(begin)) return 0;
+    attribute.remove_prefix(begin.size());
+    if (attribute.size() <= end.size() || !attribute.ends_with(end)) return 0;
+    attribute.remove_suffix(end.size());
+    if (attribute.size() > 3) return 0;
+    int number = 0;
+    for (const char digit : attribute) {
+        if (digit < '0' || digit > '9') return 0;
+        number = 10 * number + (digit - '0');
+    }
+    return number;
+}
+
+bool is_shutter(std::string_view attribute) {
+    if (!attribute.starts_with("Shutter")) return false;
+    const std::size_t at = attribute.find("Strobe");
+    return number_in(attribute.substr(0, at), "Shutter", "") > 0;
+}
+
+// The picture as a square of transmissions: its luminance times its alpha, linear, means over what becomes one pixel.
+Gobo gobo_of(const Image& image) {
+    Gobo gobo;
+    gobo.size_px = std::min(std::max(image.width_px, image.height_px), kMostGobo_px);
+    const auto linear = [&](std::size_t at) {
+        const double value = image.rgba[at] / 255.0;
+        return image.linear ? value : value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
+    };
+    std::vector<double> passes(static_cast<std::size_t>(image.width_px) * static_cast<std::size_t>(image.height_px));
+    for (std::size_t i = 0; i < passes.size(); ++i)
+        passes[i] = (0.2126 * linear(4 * i) + 0.7152 * linear(4 * i + 1) + 0.0722 * linear(4 * i + 2)) *
+                    image.rgba[4 * i + 3] / 255.0;
+    const auto begin = [&](int at, int size_px) {
+        return static_cast<int>(static_cast<std::int64_t>(at) * size_px / gobo.size_px);
+    };
+    for (int y = 0; y < gobo.size_px; ++y)
+        for (int x = 0; x < gobo.size_px; ++x) {
+            const int x0 = begin(x, image.width_px), x1 = std::max(begin(x + 1, image.width_px), x0 + 1);
+            const int y0 = begin(y, image.height_px), y1 = std::max(begin(y + 1, image.height_px), y0 + 1);
+            double sum = 0.0;
+            for (int v = y0; v < y1; ++v)
+                for (int u = x0; u < x1; ++u) sum += passes[static_cast<std::size_t>(v * image.width_px + u)];
+            gobo.transmission.push_back(
+                static_cast<std::uint16_t>(std::lround(65535.0 * std::min(sum / ((x1 - x0) * (y1 - y0)), 1.0))));
+        }
+    return gobo;
+}
+
+// What a beam's state and the channel's function say of a property; nothing where the channel leaves it alone.
+using ReadState = std::function<std::optional<double>(const gdtf::BeamState&, const gdtf::ChannelFunction&, double)>;
+
+// values: of slot values 0 to 255. Result: runs of equal values, or of equal steps.
+std::vector<v1::PatchRange> ranges_of(const std::vector<std::optional<double>>& values) {
+    std::vector<v1::PatchRange> ranges;
+    const auto near = [](double a, double b) { return std::abs(a - b) < 1e-6 * std::max(1.0, std::abs(a)); };
+    for (std::size_t begin = 0; begin < values.size();) {
+        std::size_t end = begin + 1;
+        if (values[begin]) {
+            const auto goes_on = [&] {
+                return end < values.size() && values[end] &&
+                       near(*values[end],
+                            *values[begin] + static_cast<double>(end - begin) * (*values[begin + 1] - *values[begin]));
+            };
+            while (goes_on()) ++end;
+            v1::PatchRange& range = ranges.emplace_back();
+            range.set_from(static_cast<std::uint32_t>(begin));
+            range.set_to(static_cast<std::uint32_t>(end - 1));
+            range.set_low(*values[begin]);
+            range.set_high(*values[end - 1]);
+        }
+        begin = end;
+    }
+    return ranges;
+}
+
+const std::vector<v1::PatchRange>& ranges_of(ModeIndex& index, const FixtureBeam& beam, const Driving& by,
+                                             const char* property, const ReadState& read) {
+    const auto [at, fresh] = index.ranges.try_emplace({by.patched, beam.geometry, property});
+    if (!fresh) return at->second;
+    const PropertyRow& row = *find_property(property);
+    // All channels have their defaults, which slots that are not there have; but for this one.
+    std::vector<gdtf::ChannelValue> defaults = gdtf::default_values(beam.type, beam.mode);
+    const auto& functions = beam.mode.channels[static_cast<std::size_t>(by.patched->channel)].functions;
+    std::vector<std::optional<double>> values;
+    for (int coarse = 0; coarse < 256; ++coarse) {
+        gdtf::DmxBytes bytes;
+        auto& slots = bytes[by.patched->dmx_break];
+        slots.resize(static_cast<std::size_t>(*std::ranges::max_element(by.patched->slots)));
+        for (const int slot : by.patched->slots)  // the less significant ones follow, so that 255 is the highest
+            slots[static_cast<std::size_t>(slot) - 1] = static_cast<std::uint8_t>(coarse);
+        const auto said = gdtf::channel_values(beam.type, beam.mode, bytes);
+        const auto own = static_cast<std::size_t>(by.patched - beam.mode.patched.data());
+        std::vector<gdtf::ChannelValue> all = defaults;
+        all[own] = said[own];
+        std::optional<double> value;
+        if (all[own].function >= 0)
+            for (const gdtf::BeamState& state : gdtf::beam_states(beam.type, beam.mode, all))
+                if (state.geometry == beam.geometry)
+                    value = read(state, functions[static_cast<std::size_t>(all[own].function)], all[own].physical);
+        if (value && !(row.or_none && *value == 0.0)) value = std::clamp(*value, row.least, row.most);
+        values.push_back(value);
+    }
+    at->second = ranges_of(values);
+    return at->second;
+}
+
+void add_ranges(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by, const char* property,
+                const ReadState& read) {
+    const auto& ranges = ranges_of(index, beam, by, property, read);
+    if (!ranges.empty()) add_row(import, beam, by, property, 0.0, 0.0, ranges);
+}
+
+// Whether one function has the whole channel, in a straight line: then all of its bytes count.
+bool is_line(const FixtureBeam& beam, const Driving& by) {
+    const auto& functions = beam.mode.channels[static_cast<std::size_t>(by.patched->channel)].functions;
+    return functions.size() == 1 && functions[0].from == 0 && functions[0].profile < 0 && functions[0].master < 0 &&
+           std::ranges::none_of(functions[0].sets,
+                                [](const gdtf::ChannelSet& one) { return one.physical.has_value(); });
+}
+
+}  // namespace
+
+bool drives_beam(std::string_view attribute) {
+    return attribute == "Zoom" || is_shutter(attribute) || number_in(attribute, "Gobo", "") > 0 ||
+           number_in(attribute, "Gobo", "Pos") > 0;
+}
+
+void read_gobos(ShowImport& import, const ZipArchive& archive, const gdtf::FixtureType& type) {
+    std::set<int> wheels;
+    for (const gdtf::Mode& mode : type.modes)
+        for (const gdtf::Channel& channel : mode.channels)
+            for (const gdtf::ChannelFunction& function : channel.functions)
+                if (function.wheel >= 0 && number_in(function.attribute, "Gobo", "") > 0) wheels.insert(function.wheel);
+    std::size_t pictures = 0;
+    for (const int wheel : wheels) {
+        auto gobos = std::make_shared<Gobos>();
+        for (const gdtf::Slot& slot : type.wheels[static_cast<std::size_t>(wheel)].slots) {
+            if (gobos->size() >= kMostSlots) break;
+            Gobo& gobo = gobos->emplace_back();
+            if (!slot.picture.empty()) {
+                const auto bytes =
+                    pictures++ < kMostPictures
+                        ? archive.read(slot.picture)
+                        : Result<std::string>(Error{"too_large", slot.picture, "", "a fixture has 64 gobos at most"});
+                auto image = bytes ? decode_image(std::as_bytes(std::span(*bytes)), slot.picture, kMostPicturePixels)
+                                   : Result<Image>(bytes.error());
+                if (image)
+                    if (auto full = take_memory(import.room, std::size_t{kMostGobo_px} * kMostGobo_px, 2, slot.picture))
+                        image = *full;
+                if (image)
+                    gobo = gobo_of(*image);
+                else
+                    import.report.add(Outcome::left_out, "a gobo's picture cannot be read: " + image.error().code,
+                                      named(slot.picture, image.error()));
+            }
+            gobo.name = shortened_text(slot.name, kMaxNameBytes);
+        }
+        if (std::ranges::any_of(*gobos, [](const Gobo& one) { return one.size_px > 0; }))
+            import.gobos[&type][wheel] = std::move(gobos);
+    }
+}
+
+GoboChannel gobo_channel(const ShowImport& import, const ModeIndex& index, const FixtureBeam& beam) {
+    GoboChannel found;
+    const auto known = import.gobos.find(&beam.type);
+    if (known == import.gobos.end()) return found;
+    for (int at = beam.geometry; at >= 0; at = beam.mode.geometries[static_cast<std::size_t>(at)].parent) {
+        const auto [first, last] = index.channels_of.equal_range(at);
+        for (auto one = first; one != last; ++one)
+            for (const gdtf::ChannelFunction& function :
+                 beam.mode.channels[static_cast<std::size_t>(one->second->channel)].functions) {
+                const int number = number_in(function.attribute, "Gobo", "");
+                if (number > 0 && known->second.contains(function.wheel) && (found.wheel < 0 || number < found.number))
+                    found = {number, function.wheel};
+            }
+    }
+    return found;
+}
+
+std::shared_ptr<const Profile> with_gobos(ShowImport& import, const std::shared_ptr<const Profile>& profile,
+                                          const gdtf::FixtureType& type, int wheel) {
+    if (wheel < 0) return profile;
+    const auto& gobos = import.gobos.at(&type).at(wheel);
+    const auto key = [](const void* at) { return std::to_string(reinterpret_cast<std::uintptr_t>(at)); };
+    auto& made = import.profiles["gobos " + key(profile.get()) + " " + key(gobos.get())];
+    if (!made) {
+        if (take_memory(import.room, 1, kBytesOfProfile, type.name)) return profile;
+        auto own = std::make_shared<Profile>(*profile);
+        own->gobos = gobos;
+        tables_of(*own);
+        made = std::move(own);
+    }
+    return made;
+}
+
+void add_beam_rows(ShowImport& import, ModeIndex& index, const FixtureBeam& beam) {
+    if (const Driving shutter = driving(index, beam, is_shutter); shutter.patched != nullptr) {
+        add_ranges(import, index, beam, shutter, "shutter",
+                   [](const gdtf::BeamState& state, const auto&, double) { return state.shutter_open ? 1.0 : 0.0; });
+        const auto& functions = beam.mode.channels[static_cast<std::size_t>(shutter.patched->channel)].functions;
+        const auto strobes = [](std::string_view attribute) {
+            return is_shutter(attribute) && attribute.find("Strobe") != std::string_view::npos;
+        };
+        const bool same = std::ranges::any_of(
+            functions, [&](const gdtf::ChannelFunction& function) { return strobes(function.attribute); });
+        const Driving strobe = same ? shutter : driving(index, beam, strobes);
+        if (strobe.patched != nullptr)
+            add_ranges(import, index, beam, strobe, "strobe",
+                       [](const gdtf::BeamState& state, const auto&, double) { return state.strobe_hz; });
+    }
+    const auto zooms = [](std::string_view attribute) { return attribute == "Zoom"; };
+    if (const Driving zoom = driving(index, beam, zooms); zoom.patched != nullptr) {
+        const PropertyRow& row = *find_property("zoom");
+        const double from = zoom.function->physical_from * kDegree, to = zoom.function->physical_to * kDegree;
+        const bool filled_in = zoom.function->physical_from != 0.0 || zoom.function->physical_to != 1.0;
+        const auto within = [&](double value) { return value >= row.least && value <= row.most; };
+        if (!filled_in)
+            import.report.add(Outcome::left_out, "the zoom of a fixture type was never filled in", beam.type.name);
+        else if (is_line(beam, zoom) && within(from) && within(to))
+            add_row(import, beam, zoom, "zoom", from, to);
+        else
+            add_ranges(import, index, beam, zoom, "zoom",
+                       [](const gdtf::BeamState& state, const auto&, double) { return state.zoom_rad; });
+    }
+    const GoboChannel gobo = gobo_channel(import, index, beam);
+    if (gobo.wheel < 0) return;
+    const Driving wheel = driving(
+        index, beam, [&](std::string_view attribute) { return number_in(attribute, "Gobo", "") == gobo.number; });
+    add_ranges(import, index, beam, wheel, "gobo",
+               [&](const gdtf::BeamState& state, const auto&, double) -> std::optional<double> {
+                   for (const gdtf::GoboState& one : state.gobos)
+                       if (one.number == gobo.number && one.wheel == gobo.wheel)
+                           return std::min(one.slot + 1.0, static_cast<double>(kMostSlots));
+                   return std::nullopt;
+               });
+    const auto turns = [&](std::string_view attribute) { return number_in(attribute, "Gobo", "Pos") == gobo.number; };
+    const Driving turn = driving(index, beam, turns);
+    if (turn.patched == nullptr) return;
+    const double from = turn.function->physical_from * kDegree, to = turn.function->physical_to * kDegree;
+    const double most = find_property("gobo-turn")->most;
+    if (is_line(beam, turn) && std::abs(from) <= most && std::abs(to) <= most)
+        add_row(import, beam, turn, "gobo-turn", from, to);
+    else
+        add_ranges(import, index, beam, turn, "gobo-turn",
+                   [&](const auto&, const gdtf::ChannelFunction& function, double physical) -> std::optional<double> {
+                       if (!turns(function.attribute)) return std::nullopt;
+                       return physical * kDegree;
+                   });
+}
+
+}  // namespace gonio::exchange
