@@ -7,11 +7,11 @@ namespace gonio {
 std::vector<std::string> bake_arguments(const ReadWords& words) {
     std::vector<std::string> arguments{"--bake=" + words.names.at(0), "--out=" + words.names.at(1)};
     for (std::size_t i = 2; i < words.names.size(); ++i) arguments.push_back("--bake-set=" + words.names[i]);
-    constexpr const char* kPassedOn = "scale";  // of goniod itself
     for (const WordRow& row : words.command->options) {
         if (!words.has(row.name)) continue;
         const std::string name(row.name.substr(2));
-        arguments.push_back((name == kPassedOn ? "--" : "--bake-") + name + "=" + words.options.at(row.name));
+        const bool of_goniod = name == "scale" || name == "threads";
+        arguments.push_back((of_goniod ? "--" : "--bake-") + name + "=" + words.options.at(row.name));
     }
     return arguments;
 }

@@ -81,7 +81,7 @@ constexpr WordRow kBakeOptions[] = {
     {"--air", "NAME", text, "", "what reaches the haze: volume (default), or rays"},
     {"--format", "NAME", text, "", "of the EXR files: float (default), or half"},
     {"--memory", "MIB", positive_count, "", "that maps and texels may take; default 4096"},
-    {"--threads", "N", count, "", "default 0: one for each core"},
+    {"--threads", "N", positive_count, "", "at most 1024; default: one for each processor that it may use"},
     {"--seed", "N", count, "", "of the samples; default 1"},
     {"--scale", "R", number, "", "metres a unit of the scene's file; default 1"},
 };

@@ -1,6 +1,7 @@
 #include "protocol/schema/word_table.h"
 
 #include <algorithm>
+#include <charconv>
 #include <numbers>
 #include <numeric>
 
@@ -103,6 +104,13 @@ MaybeValue range_value(Text text) {
     return low && high ? MaybeValue({{*low, *high}, {}}) : std::nullopt;
 }
 
+MaybeValue whole_value(Text text) {
+    std::int32_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+    return numbers_value(std::optional(value));
+}
+
 MaybeValue names_value(Text text) {
     Value value;
     for (std::size_t at = 0; at <= text.size();) {
@@ -140,6 +148,7 @@ constexpr FormRow kForms[] = {
     {WordForm::degrees, "a number", [](Text text) { return numbers_value(parse_number(text), kRadPerDeg); }},
     {WordForm::count, "a whole number, 0 or more", [](Text text) { return numbers_value(parse_count(text)); }},
     {WordForm::positive_count, "a whole number above 0", positive_count_value},
+    {WordForm::whole, "a whole number from -2147483648 to 2147483647", whole_value},
     {WordForm::edge_samples, "a whole number from 1 to 64", edge_samples_value},
     {WordForm::vector, "numbers with commas between, like 1,2,3", vector_value},
     {WordForm::vector_or_auto, "up to 16 numbers with commas between, like 100,200,500, or auto", vector_or_auto_value},
@@ -192,6 +201,8 @@ void put(Message* whole, const WordRow& row, const Value& value) {
         if (one->cpp_type() == FieldDescriptor::CPPTYPE_UINT32) {
             const auto count = static_cast<std::uint32_t>(number);
             one->is_repeated() ? to.AddUInt32(message, one, count) : to.SetUInt32(message, one, count);
+        } else if (one->cpp_type() == FieldDescriptor::CPPTYPE_INT32) {
+            to.SetInt32(message, one, static_cast<std::int32_t>(number));
         } else if (one->cpp_type() == FieldDescriptor::CPPTYPE_BOOL) {
             to.SetBool(message, one, number != 0);
         } else {

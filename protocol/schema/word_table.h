@@ -28,6 +28,7 @@ enum class WordForm : std::uint8_t {
     degrees,         // a number; radians in the message
     count,           // a whole number
     positive_count,  // a whole number above 0
+    whole,           // a whole number, below 0 too
     edge_samples,    // a whole number from 1 to 64
     vector,          // 1,2,3; how many there must be is the server's business
     vector_or_auto,  // likewise; or auto: none

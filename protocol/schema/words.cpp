@@ -102,6 +102,8 @@ constexpr WordRow kScene[] = {
 constexpr WordRow kSceneOptions[] = {
     {"--upload", "", flag, "", "sends FILE, of this machine, to the server first"},
     {"--scale", "S", number, "scale", "metres a unit of FILE, 1e-6 to 1e6; default 1. Candela stay"},
+    {"--universe-offset", "N", whole, "universe_offset",
+     "added to the universes of an MVR file, -63998 to 63998; default 0"},
 };
 constexpr WordRow kTechnique[] = {{"NAME", "", text, "technique", "default, seed or seed-disk"}};
 constexpr WordRow kTechniqueOptions[] = {

@@ -16,6 +16,7 @@
 #include "server/app/http_options.h"
 #include "server/app/log.h"
 #include "server/app/stop_on_signal.h"
+#include "server/base/threads.h"
 #include "server/lighting/isa.h"
 #include "server/session/command_files.h"
 
@@ -325,6 +326,7 @@ int run_daemon(const Options& given) {
         Signals::block();
     else
         StopOnSignal::block();
+    set_thread_count(options.threads);
     start_log(options);
     std::string token_warning;
     Tokens tokens = value_of(read_tokens(options, &token_warning));

@@ -95,7 +95,6 @@ int run_bake(const Options& options, Scene scene) {
     std::mutex telling;
     bake::Work work;
     work.stop = stop.get_token();
-    work.threads = options.bake.threads;
     work.progress = [&](double share) {
         const std::unique_lock lock(telling, std::try_to_lock);
         if (lock) line.tell(share);

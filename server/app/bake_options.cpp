@@ -40,7 +40,6 @@ void add_bake_options(CLI::App& app, BakeOptions& options) {
         ->check(CLI::IsMember({"float", "half"}));
     add("--bake-memory", options.memory_mib, "MiB that maps and texels may take, 16..1048576")
         ->check(CLI::Range(16u, 1u << 20));
-    add("--bake-threads", options.threads, "0: one for each core; at most 1024")->check(CLI::Range(0, 1024));
     add("--bake-seed", options.seed, "of the samples: the same one gives the same maps");
 }
 

@@ -21,7 +21,6 @@ struct BakeOptions {
     std::string openings = "on", air = "volume", steps_form = "equiangular", format = "float";
     int steps = 30;
     unsigned memory_mib = 4096;
-    int threads = 0;
     unsigned seed = 1;
 };
 

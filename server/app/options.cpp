@@ -11,6 +11,7 @@
 #include "server/app/dump_options.h"
 #include "server/app/http_options.h"
 #include "server/app/option_checks.h"
+#include "server/base/threads.h"
 #include "server/stream/lanes.h"
 
 namespace gonio {
@@ -86,6 +87,9 @@ void add_picture_options(CLI::App& app, Options& options, OptionTexts& text) {
     app.add_option("--scale", options.load.scale,
                    "metres a unit of --scene: 0.01 of a file in centimetres; candela stay")
         ->check(finite_in(kLeastScale, kMostScale));
+    app.add_option("--universe-offset", options.load.universe_offset,
+                   "added to the universes that the fixtures of an MVR file have as --scene")
+        ->check(CLI::Range(-kMostUniverseOffset, kMostUniverseOffset));
     app.add_option("--listen", text.listen, "HOST:PORT; port 0 picks a free one")->check(check_listen);
     app.add_option("--token-file", options.token_file, "file that holds the bearer token clients must show");
     app.add_option("--viewer-token-file", options.viewer_token_file,
@@ -120,6 +124,9 @@ void add_picture_options(CLI::App& app, Options& options, OptionTexts& text) {
     app.add_option("--out", options.out, "folder for the captures of --oneshot and the maps of --bake");
     app.add_option("--shard", options.shard, "i/n: of a job those frames whose number leaves i when divided by n")
         ->check(check_shard);
+    app.add_option("--threads", options.threads,
+                   "of rendering, tracing and baking; 0: one for each processor it may use")
+        ->check(CLI::Range(0, kMostThreads));
     app.add_option("--isa", options.isa, "instruction set of rays and lighting: avx2, avx512, auto: the machine's best")
         ->check(CLI::IsMember({"auto", "avx2", "avx512"}));
     app.add_flag("--json", options.json, "of a sequence: lines of JSON on stdout, also on a terminal");

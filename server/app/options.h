@@ -30,6 +30,7 @@ struct Options {
     std::string renderer = "gl";     // null: grey pictures without GL, for tests
     std::string oneshot, out = ".";  // JOB.json and the folder its captures go to; empty: serve
     std::string shard = "0/1";       // of the frames of a job: those whose number leaves 0 by 1
+    int threads = 0;                 // 0: as many as processors that it may use
     std::string isa = "auto";        // avx2, avx512
     bool json = false;               // of a job: lines of JSON, also on a terminal
     BakeOptions bake;                // likewise with maps

@@ -32,7 +32,9 @@ struct LoadOptions {
     Unlit unlit = Unlit::albedo;
     bool show_backs = false;  // of all surfaces; else those of one side have no back for viewers, as glTF says
     double scale = 1.0;       // from kLeastScale to kMostScale, about the world's origin, as scale_scene() says
+    int universe_offset = 0;  // added to the universes that a show's file gives its fixtures; up to kMostUniverseOffset
 };
+inline constexpr int kMostUniverseOffset = 63'998;  // either way: sACN has universes 1 to 63,999
 
 // name: "cornell", "atrium" or "cylinder" (generated in code), or the path of a .gltf or .glb.
 // Errors: "not_found", "bad_gltf", "out_of_bounds", "missing_file", "bad_image", "bad_profile", "too_large",

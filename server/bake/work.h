@@ -10,7 +10,7 @@ namespace gonio::bake {
 
 struct Work {
     std::stop_token stop;
-    int threads = 0;                       // 0: one per core
+    int threads = 0;                       // 0: thread_count()
     std::function<void(double)> progress;  // of a part, 0..1; any thread; may be empty
     std::atomic<std::uint64_t> rays{0};
 

@@ -1,4 +1,4 @@
-// The fork-join pool of the render thread's SIMD work: as many threads as cores, the caller among them.
+// The fork-join pool of the render thread's SIMD work: thread_count() threads, the caller among them.
 #pragma once
 
 #include <algorithm>
@@ -10,11 +10,13 @@
 #include <thread>
 #include <vector>
 
+#include "server/base/threads.h"
+
 namespace gonio {
 
 class Pool {
 public:
-    explicit Pool(int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()))) {
+    explicit Pool(int threads = thread_count()) {
         for (int i = 1; i < threads; ++i)
             workers_.emplace_back([this](const std::stop_token& stop) { wait_for_work(stop); });
     }

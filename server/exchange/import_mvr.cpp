@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
+#include "ies/core/printed.h"
 #include "protocol/text/shortened_text.h"
 #include "server/assets/gltf_import.h"
 #include "server/assets/mesh_builder.h"
@@ -204,11 +206,11 @@ std::optional<Error> import_models(ShowImport& import) {
 }
 
 Result<std::shared_ptr<SceneAsset>> import_mvr(std::string bytes, const std::string& shown, const LoadOptions& options,
-                                               std::size_t room, const mvr::ReadOptions& read) {
+                                               std::size_t room) {
     if (auto full = take_memory(room, bytes.size(), 2, shown)) return *full;
     const auto archive = open_zip(std::move(bytes), mvr::kMvrLimits);
     if (!archive) return archive.error();
-    const auto show = mvr::read_mvr(*archive, read);
+    const auto show = mvr::read_mvr(*archive, {options.universe_offset});
     if (!show) return show.error();
     std::vector<std::string> names;
     for (const ZipEntry& entry : archive->entries())
@@ -243,6 +245,9 @@ Result<std::shared_ptr<const SceneAsset>> load_any_scene(const std::string& name
     if (!(options.scale >= kLeastScale && options.scale <= kMostScale))
         return Error{"invalid_argument", "load_scene.scale", print_number(options.scale),
                      "must be a number from " + print_number(kLeastScale) + " to " + print_number(kMostScale)};
+    if (std::abs(options.universe_offset) > kMostUniverseOffset)
+        return Error{"invalid_argument", "load_scene.universe_offset", std::to_string(options.universe_offset),
+                     printed("must be a whole number from %d to %d", -kMostUniverseOffset, kMostUniverseOffset)};
     auto bytes = read_bounded_file(name, mvr::kMvrLimits.archive_bytes);
     const std::string& called = shown.empty() ? name : shown;
     if (!bytes) return Error{"not_found", called, bytes.error().value, bytes.error().message};

@@ -16,7 +16,7 @@ namespace gonio::exchange {
 // Result: objects as instances of their models, fixtures as lights with the webs of their beams, their patch. Its
 // warnings are the lines of the import report. Errors: of read_mvr, "too_large".
 Result<std::shared_ptr<SceneAsset>> import_mvr(std::string bytes, const std::string& shown, const LoadOptions& options,
-                                               std::size_t room, const mvr::ReadOptions& read = {});
+                                               std::size_t room);
 
 // As load_scene, which it is for all but archives: those are MVR shows.
 Result<std::shared_ptr<const SceneAsset>> load_any_scene(const std::string& name, const std::string& shown = "",

@@ -117,6 +117,7 @@ Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access,
         if (!path) return path.error();
         LoadOptions load = access.load;
         load.scale = scale;
+        load.universe_offset = command.load_scene().universe_offset();
         auto asset = exchange::load_any_scene(*path, file, load, memory_room(access.max_memory));
         if (!asset) return asset.error();
         loaded.asset = *asset;

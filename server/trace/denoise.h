@@ -25,8 +25,8 @@ struct Denoised {
     double noise = 0.0;  // root mean square of half the difference of the two filtered halves, over the mean luminance
 };
 
-// Result: the planes' radiance without most of its noise. All planes have width · height values. threads: 0: one per
-// core. idle: they yield to everything else.
+// Result: the planes' radiance without most of its noise. All planes have width · height values. threads: 0:
+// thread_count(). idle: they yield to everything else.
 Denoised denoise(const DenoisePlanes& planes, int threads = 0, bool idle = false);
 
 }  // namespace gonio::trace

@@ -8,6 +8,8 @@
 #include <thread>
 #include <vector>
 
+#include "server/base/threads.h"
+
 namespace gonio::trace {
 
 bool parallel(int count, int threads, bool idle, const std::stop_token& stop, const std::function<void(int)>& job) {
@@ -22,7 +24,7 @@ bool parallel(int count, int threads, bool idle, const std::stop_token& stop, co
             ++done;
         }
     };
-    const int wanted = threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+    const int wanted = threads > 0 ? threads : thread_count();
     std::vector<std::jthread> workers;
     for (int t = 0; t < std::min(wanted, count); ++t) workers.emplace_back(work);
     workers.clear();  // joins

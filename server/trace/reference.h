@@ -27,7 +27,7 @@ struct Settings {
     double max_seconds = 0.0;  // ends with what it has after about this long, with 64 samples a stream or a pass at
                                // least; 0: no bound
     std::uint32_t seed = 1;
-    int threads = 0;    // 0: one per core
+    int threads = 0;    // 0: thread_count()
     bool idle = false;  // threads yield to everything else on the machine (SCHED_IDLE): beside live frames
 };
 

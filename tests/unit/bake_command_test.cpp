@@ -74,9 +74,9 @@ TEST(BakeCommand, GoniodTakesEachOfThem) {
     EXPECT_EQ(of.air, "rays");
     EXPECT_EQ(of.format, "half");
     EXPECT_EQ(of.memory_mib, 99u);
-    EXPECT_EQ(of.threads, 2);
     EXPECT_EQ(of.seed, 5u);
     EXPECT_EQ(options->load.scale, 2.0);
+    EXPECT_EQ(options->threads, 2);
 }
 
 TEST(BakeCommand, WrongValuesAreUsage) {
