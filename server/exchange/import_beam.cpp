@@ -65,9 +65,6 @@ Gobo gobo_of(const Image& image) {
     return gobo;
 }
 
-// What a beam's state and the channel's function say of a property; nothing where the channel leaves it alone.
-using ReadState = std::function<std::optional<double>(const gdtf::BeamState&, const gdtf::ChannelFunction&, double)>;
-
 // values: of slot values 0 to 255. Result: runs of equal values, or of equal steps.
 std::vector<v1::PatchRange> ranges_of(const std::vector<std::optional<double>>& values) {
     std::vector<v1::PatchRange> ranges;
@@ -123,12 +120,6 @@ const std::vector<v1::PatchRange>& ranges_of(ModeIndex& index, const FixtureBeam
     return at->second;
 }
 
-void add_ranges(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by, const char* property,
-                const ReadState& read) {
-    const auto& ranges = ranges_of(index, beam, by, property, read);
-    if (!ranges.empty()) add_row(import, beam, by, property, 0.0, 0.0, ranges);
-}
-
 // Whether one function has the whole channel, in a straight line: then all of its bytes count.
 bool is_line(const FixtureBeam& beam, const Driving& by) {
     const auto& functions = beam.mode.channels[static_cast<std::size_t>(by.patched->channel)].functions;
@@ -138,6 +129,12 @@ bool is_line(const FixtureBeam& beam, const Driving& by) {
 }
 
 }  // namespace
+
+void add_ranges(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by, const char* property,
+                const ReadState& read) {
+    const auto& ranges = ranges_of(index, beam, by, property, read);
+    if (!ranges.empty()) add_row(import, beam, by, property, 0.0, 0.0, ranges);
+}
 
 bool drives_beam(std::string_view attribute) {
     return attribute == "Zoom" || is_shutter(attribute) || number_in(attribute, "Gobo", "") > 0 ||

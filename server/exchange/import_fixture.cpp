@@ -114,6 +114,10 @@ Result<std::shared_ptr<const Profile>> beam_profile(ShowImport& import, const gd
     std::shared_ptr<const Profile>& profile = import.profiles[key];
     if (profile) return profile;
     if (auto full = take_memory(import.room, 1, kBytesOfProfile, type.name)) return *full;
+    if (beam.type.value == gdtf::BeamType::rectangle)
+        import.report.add(Outcome::guessed, "a rectangular beam is round", type.name);
+    if (beam.type.value == gdtf::BeamType::none || beam.type.value == gdtf::BeamType::glow)
+        import.report.add(Outcome::guessed, "a beam of the type None or Glow shines as a spot", type.name);
     ies::Photometry photometry;
     photometry.web = gdtf::beam_web(beam, zoom);
     photometry.provenance.format = "GDTF";

@@ -93,8 +93,14 @@ Driving driving(const ModeIndex& index, const FixtureBeam& beam, const std::func
 // them, of the channel's most significant slot alone.
 void add_row(ShowImport& import, const FixtureBeam& beam, const Driving& by, const char* property, double low,
              double high, const std::vector<v1::PatchRange>& ranges = {});
-// Adds the rows for shutter, strobe, zoom, gobo and its turn. What their slots stand for is what gdtf::beam_states says
-// of each value while all other channels have their defaults.
+// What the beam's state, the channel's active function and its physical value say of a property; nothing where they
+// leave it alone.
+using ReadState = std::function<std::optional<double>(const gdtf::BeamState&, const gdtf::ChannelFunction&, double)>;
+// Adds a row of ranges: what gdtf::beam_states says of each value of the most significant slot while all other channels
+// have their defaults.
+void add_ranges(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by, const char* property,
+                const ReadState& read);
+// Adds the rows for shutter, strobe, zoom, gobo and its turn.
 void add_beam_rows(ShowImport& import, ModeIndex& index, const FixtureBeam& beam);
 // Result: whether add_beam_rows() knows the attribute.
 bool drives_beam(std::string_view attribute);

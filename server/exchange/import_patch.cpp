@@ -48,15 +48,34 @@ std::pair<double, double> ends_of(const Driving& by) {
     return {function.physical_from - slope * from, function.physical_from + slope * (most - from)};
 }
 
-// The same of a share, 0 to 1 or 0 to 100 percent. Result: nothing where the function has only a part of its channel,
-// so that the line leaves 0 to 1.
+// What is the share 1 of a function: 1, or of one in percent what it reaches.
+double whole_share(const gdtf::ChannelFunction& function) {
+    const double most = std::max(std::abs(function.physical_from), std::abs(function.physical_to));
+    return most > 1.5 ? most : 1.0;
+}
+
+// ends_of() as shares. Result: nothing where no straight line from 0 to 1 says it: of a function with a DMX profile,
+// or with a part of its channel.
 std::optional<std::pair<double, double>> shares_of(const Driving& by) {
+    if (by.function->profile >= 0) return std::nullopt;
     auto [low, high] = ends_of(by);
-    const double most = std::max(std::abs(by.function->physical_from), std::abs(by.function->physical_to));
-    if (most > 1.5) low /= most, high /= most;
+    low /= whole_share(*by.function), high /= whole_share(*by.function);
     constexpr double kRounding = 1e-3;
     if (std::min(low, high) < -kRounding || std::max(low, high) > 1.0 + kRounding) return std::nullopt;
     return std::pair(std::clamp(low, 0.0, 1.0), std::clamp(high, 0.0, 1.0));
+}
+
+// none, all: of the property where the channel's share is 0 and 1.
+void add_share(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by, const char* property,
+               double none, double all) {
+    const auto at = [&](double share) { return none + (all - none) * share; };
+    if (const auto share = shares_of(by))
+        return add_row(import, beam, by, property, at(share->first), at(share->second));
+    add_ranges(import, index, beam, by, property,
+               [&](const auto&, const gdtf::ChannelFunction& function, double physical) -> std::optional<double> {
+                   if (function.attribute != by.function->attribute) return std::nullopt;
+                   return at(std::clamp(physical / whole_share(function), 0.0, 1.0));
+               });
 }
 
 void note_undriven(ShowImport& import, const FixtureBeam& beam) {
@@ -75,7 +94,7 @@ void note_undriven(ShowImport& import, const FixtureBeam& beam) {
         }
 }
 
-void add_colors(ShowImport& import, const ModeIndex& index, const FixtureBeam& beam) {
+void add_colors(ShowImport& import, ModeIndex& index, const FixtureBeam& beam) {
     static constexpr std::array kProperties = {"red", "green", "blue"};
     const auto color_of = [&](const gdtf::ChannelFunction& function) {
         if (function.emitter >= 0) {
@@ -103,23 +122,14 @@ void add_colors(ShowImport& import, const ModeIndex& index, const FixtureBeam& b
         std::clamp(beam.mode.geometries[static_cast<std::size_t>(beam.geometry)].beam->color_temperature_k.value,
                    1000.0, 15000.0),
         0.0);
-    // none, all: of the property where the function's share is 0 and 1.
-    const auto add_color = [&](const Driving& by, const char* property, double none, double all) {
-        if (const auto share = shares_of(by))
-            add_row(import, beam, by, property, none + (all - none) * share->first,
-                    none + (all - none) * share->second);
-        else
-            import.report.add(Outcome::left_out, "a colour that is only a part of its channel",
-                              beam.light + " " + property);
-    };
     for (int i = 0; i < 3; ++i) {
         const std::size_t at = static_cast<std::size_t>(i);
         if (whole(add) && sum > 0.0) {
             const gdtf::Color color = color_of(*add[at].function);
             const double most = rgb_of_xy({color.x, color.y})[i] * color.luminance_percent / sum;
-            add_color(add[at], kProperties[at], 0.0, most);
+            add_share(import, index, beam, add[at], kProperties[at], 0.0, most);
         } else if (whole(subtract)) {
-            add_color(subtract[at], kProperties[at], white[i], 0.0);
+            add_share(import, index, beam, subtract[at], kProperties[at], white[i], 0.0);
         }
     }
     if (whole(add) || whole(subtract))
@@ -235,12 +245,8 @@ bool add_patch_rows(ShowImport& import, const FixtureBeam& beam) {
     ModeIndex& index = index_of(import, beam.mode);
     if (!index.told_undriven) note_undriven(import, beam);
     index.told_undriven = true;
-    if (const Driving dimmer = driving(index, beam, "Dimmer"); dimmer.patched != nullptr) {
-        if (const auto share = shares_of(dimmer))
-            add_row(import, beam, dimmer, "level", share->first, share->second);
-        else
-            import.report.add(Outcome::left_out, "a dimmer that is only a part of its channel", beam.light);
-    }
+    if (const Driving dimmer = driving(index, beam, "Dimmer"); dimmer.patched != nullptr)
+        add_share(import, index, beam, dimmer, "level", 0.0, 1.0);
     add_colors(import, index, beam);
     add_beam_rows(import, index, beam);
     const Driving pan = driving(index, beam, "Pan"), tilt = driving(index, beam, "Tilt");

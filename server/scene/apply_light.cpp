@@ -59,13 +59,6 @@ std::optional<ies::Opening> opening_named(const std::string& text, const std::st
     return opening;
 }
 
-void check_gobo(const Light& light, const std::string& field) {
-    const std::size_t slots = light.profile->gobos ? light.profile->gobos->size() : 0;
-    if (light.gobo > static_cast<double>(slots))
-        refuse("not_found", field, print_number(light.gobo),
-               slots == 0 ? "its profile has no gobos" : "its profile has gobos 1 to " + std::to_string(slots));
-}
-
 void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Loaded& loaded,
                    const std::string& prefix) {
     const bool turns = set.has_pan_rad() || set.has_tilt_rad() || set.has_roll_rad();
@@ -99,7 +92,6 @@ void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Lo
     if (loaded.profile && light.sun && !(*loaded.profile == *light.profile))
         refuse("unsupported", prefix + "profile", loaded.profile->name, "the sun's light is parallel: it has no web");
     if (loaded.profile) change(scene, light.profile, shared_profile(scene, loaded.profile), light.profile_rev);
-    if (set.has_gobo() && !loaded.profile) check_gobo(light, prefix + "gobo");
     if (light.sun && (light.zoom_rad != 0.0 || light.gobo != 0.0))
         refuse("unsupported", prefix + (light.zoom_rad != 0.0 ? "zoom_rad" : "gobo"),
                print_number(light.zoom_rad != 0.0 ? light.zoom_rad : light.gobo),

@@ -176,7 +176,9 @@ TEST_F(Consoles, SacnSwingsAHeadThatAnMvrShowHasPatched) {
          "Geometry='Yoke'><DMXChannels>" +
              channel("Yoke", "Pan", "1,2", "PhysicalFrom='-270' PhysicalTo='270'") +
              channel("Body", "Tilt", "3,4", "PhysicalFrom='-135' PhysicalTo='135'") +
-             channel("Lens", "Dimmer", "5", "") + "</DMXChannels></DMXMode></DMXModes></FixtureType></GDTF>"}});
+             channel("Lens", "Dimmer", "5", "") + channel("Lens", "Zoom", "6", "PhysicalFrom='10' PhysicalTo='50'") +
+             channel("Lens", "Shutter1", "7", "PhysicalFrom='0' PhysicalTo='1'") +
+             "</DMXChannels></DMXMode></DMXModes></FixtureType></GDTF>"}});
     ASSERT_TRUE(type);
     const auto show = write_zip(std::vector<ZipFile>{
         {"GeneralSceneDescription.xml",
@@ -189,12 +191,15 @@ TEST_F(Consoles, SacnSwingsAHeadThatAnMvrShowHasPatched) {
     TemporaryFolder folder;
     daemon->rev({"load", "scene", folder.file("show.mvr", *show)});
     Udp desk;
+    std::uint8_t shutter = 255;
     const auto send = [&] {
         SacnPacket packet = sacn(1, 0);
         packet.slots.resize(512);
         packet.slots[10] = packet.slots[11] = 0x55;  // pan -90°
         packet.slots[12] = packet.slots[13] = 0xD5;  // tilt 90.5°
         packet.slots[14] = 51;
+        packet.slots[15] = 204;  // zoom 42°
+        packet.slots[16] = shutter;
         desk.send("127.0.0.1", ports["sacn"], packet.bytes());
     };
     const auto of_head = [&](const char* property) {
@@ -205,6 +210,15 @@ TEST_F(Consoles, SacnSwingsAHeadThatAnMvrShowHasPatched) {
     EXPECT_NEAR(of_head("tilt_rad"), (-135 + 270 * 54741 / 65535.0) * 3.14159265 / 180, 1e-4);
     // A head that hangs, panned by -90° and tilted by 90°, aims along +X.
     EXPECT_NEAR(daemon->json({"get", "lights.Hung.aim"})[0].get<double>(), 1.0, 1e-3);
+    EXPECT_NEAR(of_head("zoom_rad"), 42 * 3.14159265 / 180, 1e-6);
+    const auto lux = [&] {  // 4 m along the beam
+        return daemon->json({"meter", "--point", "4,5,0", "--normal", "-1,0,0"})["total_lx"].get<double>();
+    };
+    // 10,426 cd: 5,000 lm over 2π ∫ 2^-((θ/21°)^2.9609) sin θ dθ; a fifth of them, over 4² m².
+    EXPECT_NEAR(lux(), 130.3, 1.3);
+    shutter = 0;
+    ASSERT_TRUE(until([&] { return of_head("shutter_ratio") == 0.0; }, send));
+    EXPECT_EQ(lux(), 0.0);
 }
 
 TEST_F(Consoles, ARefusedChannelHoldsUpNoOtherAndIsTold) {

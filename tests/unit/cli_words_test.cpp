@@ -67,6 +67,7 @@ TEST(CliWords, EveryChange) {
     command = command_of("set camera --eye 0,1,5 --target 0,1,0 --fov 60");
     ASSERT_TRUE(command);
     EXPECT_NEAR(command->set_camera().fov_rad(), std::numbers::pi / 3, 1e-15);
+    EXPECT_EQ(command_of("load scene a.mvr --universe-offset -3")->load_scene().universe_offset(), -3);
     EXPECT_EQ(command_of("set technique seed --samples 400")->set_technique().samples(), 400u);
     EXPECT_EQ(command_of("set technique default")->set_technique().technique(), "default");
     EXPECT_EQ(command_of("set view indirect --gain 4 --light key")->set_view().gain(), 4.0);
@@ -167,6 +168,8 @@ TEST(CliWords, UsageErrorsNameTheWord) {
         {"set size 640x0", "size", "640x0"},
         {"set technique seed --samples -4", "--samples", "-4"},
         {"set technique seed --samples 1.5", "--samples", "1.5"},
+        {"load scene a.mvr --universe-offset 1.5", "--universe-offset", "1.5"},
+        {"load scene a.mvr --universe-offset 2147483648", "--universe-offset", "2147483648"},
         {"load file x", "load", "file"},
         {"set work-light maybe", "work-light", "maybe"},
         {"set lights", "", ""},

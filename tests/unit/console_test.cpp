@@ -123,7 +123,8 @@ TEST_F(Console, TheCameraGoesRoundItsTarget) {
 TEST_F(Console, ValuesAreReadBackAsTheyWereSet) {
     for (const PropertyRow& row : property_table()) {
         if (row.values != 1 || row.by_name) continue;
-        const double middle = row.of_camera ? 0.5 : row.least + 0.25 * (row.most - row.least);
+        const double quarter = row.least + 0.25 * (row.most - row.least);
+        const double middle = row.of_camera ? 0.5 : row.whole ? std::round(quarter) : quarter;
         const PropertyValue one = value(row.of_scene ? "" : "spot 1", row.property, middle);
         for (const v1::Command& command : commands_of(scene, {&one, 1}))
             ASSERT_TRUE(apply(scene, command, {})) << row.name;

@@ -404,7 +404,7 @@ TEST(ImportMvr, WhatIsTooFarOrHasNoAxesIsLeftOut) {
     EXPECT_LT(scene->bounds.max.x, 1e6);
 }
 
-// A function of a part of its channel cannot drive a property whose line runs over all of it.
+// A function of a part of its channel drives what it has there, and leaves the rest alone.
 TEST(ImportMvr, ShareOfAChannel) {
     const auto half = [](const char* attribute, const char* offset) {
         const std::string a = attribute;
@@ -425,15 +425,64 @@ TEST(ImportMvr, ShareOfAChannel) {
     EXPECT_EQ(row_of(*whole, "Spot", "level")->high(), 1.0) << "percent";
     const auto part = shown(half("Dimmer", "1") + half("ColorAdd_R", "2") + channel_text("Base", "ColorAdd_G", "3") +
                             channel_text("Base", "ColorAdd_B", "4", "1", "0"));
-    EXPECT_EQ(row_of(*part, "Spot", "level"), nullptr);
-    EXPECT_EQ(row_of(*part, "Spot", "red"), nullptr);
-    EXPECT_TRUE(says(*part, "left out: a dimmer that is only a part of its channel: \"Spot\""));
-    EXPECT_TRUE(says(*part, "left out: a colour that is only a part of its channel: \"Spot red\""));
+    const auto only_range = [&](const char* property) {
+        const v1::PatchRow* row = row_of(*part, "Spot", property);
+        return row != nullptr && row->ranges_size() == 1 ? row->ranges(0) : v1::PatchRange();
+    };
+    const v1::PatchRange level = only_range("level"), red = only_range("red");
+    EXPECT_EQ(level.from(), 0u);
+    EXPECT_EQ(level.to(), 127u);
+    EXPECT_DOUBLE_EQ(level.low(), 0.0);
+    EXPECT_DOUBLE_EQ(level.high(), 1.0);
+    EXPECT_EQ(red.to(), 127u);
+    EXPECT_GT(red.high(), 0.0);
     const v1::PatchRow *green = row_of(*part, "Spot", "green"), *blue = row_of(*part, "Spot", "blue");
     ASSERT_TRUE(green != nullptr && blue != nullptr);
     EXPECT_EQ(green->low(), 0.0);
     EXPECT_EQ(blue->high(), 0.0) << "its function runs backwards";
     EXPECT_GT(blue->low(), 0.0);
+}
+
+TEST(ImportMvr, BeamsThatAreNotSpotsAreNamed) {
+    const auto shown = [](const std::string& type) {
+        const std::string beam = "<Beam Name='Lens' LuminousFlux='1000' BeamType='" + type + "'/>";
+        const std::string text = test::gdtf_text(
+            {.geometries = "<Geometry Name='Base'>" + beam + "</Geometry>", .modes = mode_text("Base", "")});
+        return imported(show_mvr(fixture("Spot", kHanging),
+                                 {{"Maker@Head.gdtf", *write_zip(std::vector<ZipFile>{{"description.xml", text}})}}));
+    };
+    EXPECT_TRUE(says(*shown("Rectangle"), "guessed: a rectangular beam is round: \"Type\""));
+    EXPECT_TRUE(says(*shown("Glow"), "guessed: a beam of the type None or Glow shines as a spot: \"Type\""));
+    EXPECT_FALSE(says(*shown("Spot"), "beam"));
+}
+
+// A dimmer with the curve x² of a DMX profile: each value of the slot has what the curve gives, within a step of it.
+TEST(ImportMvr, DmxProfileOfADimmer) {
+    const std::string text = test::gdtf_text(
+        {.geometries = "<Geometry Name='Base'><Beam Name='Lens' LuminousFlux='1000'/></Geometry>",
+         .modes = mode_text("Base",
+                            "<DMXChannel DMXBreak='1' Offset='1' Geometry='Base'><LogicalChannel "
+                            "Attribute='Dimmer'><ChannelFunction Attribute='Dimmer' DMXFrom='0/1' "
+                            "PhysicalFrom='0' PhysicalTo='1' DMXProfile='Square'/></LogicalChannel>"
+                            "</DMXChannel>"),
+         .physics =
+             "<DMXProfiles><DMXProfile Name='Square'><Point DMXPercentage='0' CFC0='0' CFC1='0' CFC2='1' CFC3='0'/>"
+             "</DMXProfile></DMXProfiles>"});
+    const auto scene =
+        imported(show_mvr(fixture("Spot", kHanging, "<Addresses><Address break='0'>1.1</Address></Addresses>"),
+                          {{"Maker@Head.gdtf", *write_zip(std::vector<ZipFile>{{"description.xml", text}})}}));
+    const v1::PatchRow* row = row_of(*scene, "Spot", "level");
+    ASSERT_NE(row, nullptr);
+    EXPECT_LE(row->ranges_size(), 256);
+    EXPECT_EQ(row->bits(), 8u);
+    unsigned next = 0;
+    for (const v1::PatchRange& range : row->ranges()) {
+        EXPECT_EQ(range.from(), next);
+        next = range.to() + 1;
+        EXPECT_NEAR(range.low(), std::pow(range.from() / 255.0, 2.0), 1e-6);
+        EXPECT_NEAR(range.high(), std::pow(range.to() / 255.0, 2.0), 1e-6);
+    }
+    EXPECT_EQ(next, 256u);
 }
 
 // Beams beside each other below one axis are lights beside each other; a measured web is that of the whole fixture.
@@ -456,6 +505,28 @@ TEST(ImportMvr, SeveralBeamsOfAHead) {
     ASSERT_EQ(paired->lights.size(), 1u);
     EXPECT_EQ(paired->lights[0].name, "Bar");
     EXPECT_TRUE(says(*paired, "guessed: photometry of a fixture with several beams is that of all: one light"));
+}
+
+TEST(ImportMvr, UniversesMoveByTheOffset) {
+    const auto path = std::filesystem::temp_directory_path() / "gonio_offset_test.mvr";
+    std::ofstream(path, std::ios::binary) << show_mvr(
+        fixture("Spot", kHanging, "<Addresses><Address break='0'>513</Address></Addresses>"),  // universe 2, slot 1
+        {{"Maker@Head.gdtf", head_gdtf()}});
+    const auto universe = [&](int offset) -> unsigned {
+        const auto scene = exchange::load_any_scene(path.string(), "", {.universe_offset = offset}, kRoom);
+        EXPECT_TRUE(scene) << scene.error().text();
+        const v1::PatchRow* row = scene ? row_of(**scene, "Spot", "level") : nullptr;
+        return row == nullptr ? 0 : row->universe();
+    };
+    EXPECT_EQ(universe(0), 2u);
+    EXPECT_EQ(universe(10), 12u);
+    EXPECT_EQ(universe(-1), 1u);
+    EXPECT_EQ(universe(-2), 0u) << "there is no universe 0: the fixture is not patched";
+    const auto far = exchange::load_any_scene(path.string(), "", {.universe_offset = 63'999}, kRoom);
+    std::filesystem::remove(path);
+    ASSERT_FALSE(far);
+    EXPECT_EQ(far.error().where, "load_scene.universe_offset");
+    EXPECT_EQ(far.error().value, "63999");
 }
 
 TEST(ImportMvr, FilesAreToldApartByContent) {

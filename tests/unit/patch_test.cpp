@@ -68,6 +68,31 @@ TEST(Patch, RangesMayBeTurnedRound) {
     EXPECT_DOUBLE_EQ(only(reader.read(kUniverse, {{sender(1, {255})}})), -5.0);
 }
 
+// Parts of a slot's values: a line in each, one value where low is high, and none between them.
+TEST(Patch, PartsOfASlotsValuesStandForWhatTheySay) {
+    v1::PatchRow one = row(1, "gobo");
+    const std::array<double, 4> parts[] = {{0, 9, 0, 0}, {10, 19, 3, 3}, {100, 200, 10, 110}};
+    for (const auto& [from, to, low, high] : parts) {
+        v1::PatchRange& range = *one.add_ranges();
+        range.set_from(static_cast<std::uint32_t>(from));
+        range.set_to(static_cast<std::uint32_t>(to));
+        range.set_low(low);
+        range.set_high(high);
+    }
+    v1::SetPatch set;
+    *set.add_rows() = one;
+    ASSERT_TRUE(check_patch(set)) << check_patch(set).error().text();
+    PatchReader reader(patch_of({one}));
+    const auto at = [&](std::uint8_t value) { return reader.read(kUniverse, {{sender(1, {value})}}); };
+    EXPECT_DOUBLE_EQ(only(at(9)), 0.0);
+    EXPECT_DOUBLE_EQ(only(at(10)), 3.0);
+    EXPECT_TRUE(at(20).empty());
+    EXPECT_DOUBLE_EQ(only(at(100)), 10.0);
+    EXPECT_DOUBLE_EQ(only(at(150)), 60.0);
+    EXPECT_DOUBLE_EQ(only(at(200)), 110.0);
+    EXPECT_TRUE(at(201).empty());
+}
+
 TEST(Patch, ARowSpeaksWhenItsSlotsChange) {
     PatchReader reader(patch_of({row(1, "level"), row(2, "roll")}));
     EXPECT_EQ(reader.read(kUniverse, {{sender(1, {10, 20})}}).size(), 2u);
@@ -263,7 +288,28 @@ TEST(Patch, BadRowsAreRefusedWithTheirField) {
         {changed([](auto& r) { r.add_profiles("flood"); }), "profiles"},
         {changed([](auto& r) { r.set_property("profile"), r.add_profiles("no such"); }), "profiles"},
     };
-    for (const auto& [bad, field] : cases) {
+    const auto ranges_of = [](std::initializer_list<std::array<double, 4>> parts, const char* property) {
+        v1::PatchRow one = row(1, property);
+        for (const auto& part : parts) {
+            v1::PatchRange& range = *one.add_ranges();
+            range.set_from(static_cast<std::uint32_t>(part[0]));
+            range.set_to(static_cast<std::uint32_t>(part[1]));
+            range.set_low(part[2]);
+            range.set_high(part[3]);
+        }
+        return one;
+    };
+    std::vector<std::pair<v1::PatchRow, const char*>> all(std::begin(cases), std::end(cases));
+    all.emplace_back(ranges_of({{0, 9, 0, 1}, {9, 20, 1, 1}}, "level"), "ranges");  // one begins in the other
+    all.emplace_back(ranges_of({{9, 8, 0, 1}}, "level"), "ranges");                 // it ends before it begins
+    all.emplace_back(ranges_of({{0, 256, 0, 1}}, "level"), "ranges");               // beyond 8 bits
+    all.emplace_back(ranges_of({{0, 9, 0, 1.5}}, "level"), "ranges");               // beyond what a level takes
+    all.emplace_back(ranges_of({{0, 9, 0, std::nan("")}}, "level"), "ranges");
+    all.emplace_back(ranges_of({{0, 9, 0, 1}}, "color"), "ranges");  // three numbers
+    v1::PatchRow both = ranges_of({{0, 9, 0, 1}}, "level");
+    both.set_low(0.0);
+    all.emplace_back(both, "ranges");
+    for (const auto& [bad, field] : all) {
         v1::SetPatch set;
         *set.add_rows() = row(1, "level");
         *set.add_rows() = bad;
@@ -314,6 +360,24 @@ TEST(PatchFile, AFixtureIsItsChannelsInARow) {
     ASSERT_TRUE(again) << again.error().text() << write_patch_toml(written);
     EXPECT_EQ(again->DebugString(), patch->DebugString());
     EXPECT_EQ(read_patch_toml("")->rows_size(), 0);
+}
+
+TEST(PatchFile, PartsOfASlotAreInTheUnitThatPeopleWrite) {
+    const auto patch = read_patch_toml(
+        "[[patch]]\nsacn = 1\naddress = 1\ntarget = \"spot\"\nchannels = [\"shutter\", \"zoom:16\"]\n"
+        "ranges.shutter = [[0, 31, 0, 0], [32, 255, 1, 1]]\nranges.zoom = [[0, 65535, 5, 60]]\n");
+    ASSERT_TRUE(patch) << patch.error().text();
+    ASSERT_EQ(patch->rows_size(), 2);
+    ASSERT_EQ(patch->rows(0).ranges_size(), 2);
+    EXPECT_EQ(patch->rows(0).ranges(1).from(), 32u);
+    EXPECT_EQ(patch->rows(0).ranges(1).high(), 1.0);
+    ASSERT_EQ(patch->rows(1).ranges_size(), 1);
+    EXPECT_NEAR(patch->rows(1).ranges(0).high(), std::numbers::pi / 3, 1e-12) << "60 degrees";
+    v1::Patch written;
+    *written.mutable_rows() = patch->rows();
+    const auto again = read_patch_toml(write_patch_toml(written));
+    ASSERT_TRUE(again) << again.error().text() << write_patch_toml(written);
+    EXPECT_EQ(again->DebugString(), patch->DebugString());
 }
 
 TEST(PatchFile, NamesMayHoldAnyCharacters) {
@@ -378,6 +442,11 @@ TEST(PatchFile, ErrorsNameLineAndColumn) {
         {head + "channels = [\"level\"]\nrange.shine = [0, 1]", "line 6"},
         {head + "channels = [\"level\"]\nrange.level = [0]", "line 6"},
         {head + "channels = [\"level\"]\nrange.level = [0, inf]", "line 6"},
+        {head + "channels = [\"level\"]\nranges = 4", "line 6"},
+        {head + "channels = [\"level\"]\nranges.shine = [[0, 1, 0, 1]]", "line 6"},
+        {head + "channels = [\"level\"]\nranges.level = [[0, 1, 0]]", "line 6"},
+        {head + "channels = [\"level\"]\nranges.level = [[0, 1, 0, true]]", "line 6"},
+        {head + "channels = [\"level\"]\nranges.level = [[0, 70000, 0, 1]]", "line 6"},
         {head + "channels = [\"profile\"]", "line 5"},
         {head + "channels = [\"profile\"]\nprofiles = [\"nobody\"]", "line 5"},
     };

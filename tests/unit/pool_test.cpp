@@ -1,10 +1,12 @@
 #include "server/base/pool.h"
 
 #include <gtest/gtest.h>
+#include <sched.h>
 
 #include <algorithm>
 #include <atomic>
 #include <functional>
+#include <thread>
 #include <vector>
 
 namespace gonio::lighting {
@@ -67,6 +69,27 @@ TEST(Pool, DoesNoJobTwiceAndWaitsForThoseBegunWhenInterrupted) {
         stopped += all < 500;
     }
     EXPECT_GT(stopped, 0);
+}
+
+TEST(Threads, AreAsManyAsProcessorsThatMayBeUsed) {
+    int bound = 0, chosen = 0, unbound = 0;
+    std::thread([&] {
+        cpu_set_t all, one;
+        ASSERT_EQ(sched_getaffinity(0, sizeof all, &all), 0);
+        CPU_ZERO(&one);
+        for (int cpu = 0; cpu < CPU_SETSIZE && CPU_COUNT(&one) == 0; ++cpu)
+            if (CPU_ISSET(cpu, &all)) CPU_SET(cpu, &one);
+        ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
+        bound = thread_count();
+        ASSERT_EQ(sched_setaffinity(0, sizeof all, &all), 0);
+        unbound = thread_count() - CPU_COUNT(&all);
+    }).join();
+    EXPECT_EQ(bound, 1);
+    EXPECT_EQ(unbound, 0);
+    set_thread_count(3);
+    chosen = thread_count();
+    set_thread_count(0);
+    EXPECT_EQ(chosen, 3);
 }
 
 }  // namespace
