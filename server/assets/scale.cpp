@@ -6,6 +6,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "server/assets/assets.h"
+#include "server/scene/body.h"
 
 namespace gonio {
 namespace {
@@ -34,6 +35,15 @@ void scale_scene(SceneAsset& scene, double factor) {
     const glm::dmat4 scaling = glm::scale(glm::dmat4(1.0), glm::dvec3(factor));
     for (Instance& instance : scene.instances) instance.world_from_mesh = scaling * instance.world_from_mesh;
     for (LightSeed& light : scene.lights) light.position *= factor;
+    if (scene.bodies) {
+        auto bodies = std::make_shared<Bodies>(*scene.bodies);
+        for (Instance& part : bodies->shown.instances) part.world_from_mesh = scaling * part.world_from_mesh;
+        for (BodyMount& mount : bodies->mounts) {
+            mount.world_from_fixture[3] = glm::dvec4(factor * glm::dvec3(mount.world_from_fixture[3]), 1.0);
+            for (BodyJoint& joint : mount.joints) joint.point *= factor;
+        }
+        scene.bodies = std::move(bodies);
+    }
     for (Camera& camera : scene.cameras) {
         camera.eye *= factor;
         camera.target *= factor;

@@ -60,6 +60,7 @@ const gdtf::FixtureType* type_of(ShowImport& import, const std::string& entry) {
         import.report.add(Outcome::taken, "fixture type", entry);
         import.report.add(at->second->report, at->second->name);
         read_gobos(import, *archive, *at->second);
+        read_body_models(import, *archive, *at->second);
         return &*at->second;
     }
     import.report.add(Outcome::left_out, "a GDTF file cannot be read: " + failed->code, named(entry, *failed));
@@ -130,13 +131,6 @@ Result<std::shared_ptr<const Profile>> beam_profile(ShowImport& import, const gd
     return profile;
 }
 
-// The rotation of a matrix, its lengths and any mirroring left out.
-glm::dquat turn_of(const glm::dmat4& matrix) {
-    const glm::dvec3 z = glm::normalize(glm::dvec3(matrix[2]));
-    const glm::dvec3 x = glm::normalize(glm::cross(glm::dvec3(matrix[1]), z));
-    return glm::normalize(glm::quat_cast(glm::dmat3(x, glm::cross(z, x), z)));
-}
-
 // Turns the aim (-Z) to the direction by the shortest way.
 glm::dquat aimed_at(const glm::dquat& turn, const glm::dvec3& direction) {
     const glm::dvec3 from = turn * glm::dvec3(0, 0, -1), to = glm::normalize(direction);
@@ -186,14 +180,15 @@ struct Placed {
     glm::dmat4 world_from_fixture;  // of Z up
 };
 
-void finish_light(ShowImport& import, const Placed& placed, LightSeed light, const glm::dmat4& world_from_beam) {
+// Result: whether it is there.
+bool finish_light(ShowImport& import, const Placed& placed, LightSeed light, const glm::dmat4& world_from_beam) {
     light.position = glm::dvec3(world_from_beam[3]);
     light.world_from_light = turn_of(world_from_beam);
     const glm::dquat& turn = light.world_from_light;
     if (!is_within(light.position) || !std::isfinite(turn.w + turn.x + turn.y + turn.z)) {
         import.report.add(Outcome::left_out, "a light is more than 1,000 km away, or its axes span no space",
                           light.name);
-        return;
+        return false;
     }
     if (placed.fixture.focus >= 0) {
         const glm::dvec3 to =
@@ -201,6 +196,7 @@ void finish_light(ShowImport& import, const Placed& placed, LightSeed light, con
         if (glm::length(to) > 1e-6) light.world_from_light = aimed_at(light.world_from_light, to);
     }
     import.scene.lights.push_back(std::move(light));
+    return true;
 }
 
 bool has_room(ShowImport& import, const std::string& name) {
@@ -234,6 +230,7 @@ std::optional<Error> add_beams(ShowImport& import, const Placed& placed, const g
     if (states.size() > 1 && paired)
         import.report.add(Outcome::guessed, "photometry of a fixture with several beams is that of all: one light",
                           placed.name);
+    std::vector<BodyLight> lights;
     for (const gdtf::BeamState& state : states) {
         if (paired && &state != &states.front()) break;
         const gdtf::Geometry& geometry = mode.geometries[static_cast<std::size_t>(state.geometry)];
@@ -255,7 +252,8 @@ std::optional<Error> add_beams(ShowImport& import, const Placed& placed, const g
         light.profile =
             with_gobos(import, light.profile, type, gobo_channel(import, index_of(import, mode), beam).wheel);
         glm::dmat4 world_from_beam = placed.world_from_fixture * state.fixture_from_beam;
-        const bool swings = add_patch_rows(import, beam) && geometry.parent >= 0;
+        const auto axes = add_patch_rows(import, beam);
+        const bool swings = axes && geometry.parent >= 0;
         if (swings && states.size() > 1)
             import.report.add(Outcome::guessed, "several beams of a head that swings stay where they are at home",
                               light.name);
@@ -264,12 +262,21 @@ std::optional<Error> add_beams(ShowImport& import, const Placed& placed, const g
             const glm::dmat4 fixture_from_head = state.fixture_from_beam * glm::inverse(geometry.parent_from_geometry);
             world_from_beam[3] = placed.world_from_fixture * fixture_from_head[3];
         }
-        finish_light(import, placed, std::move(light), world_from_beam);
+        if (finish_light(import, placed, std::move(light), world_from_beam))
+            lights.push_back({state.geometry, import.scene.lights.size() - 1, turn_of(world_from_beam), axes});
     }
+    const double pan_rad = options.pan_rad.value_or(0.0) * (options.invert_pan ? -1.0 : 1.0);
+    add_body(import, {type, mode, placed.world_from_fixture, pan_rad, placed.name}, lights);
     return std::nullopt;
 }
 
 }  // namespace
+
+glm::dquat turn_of(const glm::dmat4& matrix) {
+    const glm::dvec3 z = glm::normalize(glm::dvec3(matrix[2]));
+    const glm::dvec3 x = glm::normalize(glm::cross(glm::dvec3(matrix[1]), z));
+    return glm::normalize(glm::quat_cast(glm::dmat3(x, glm::cross(z, x), z)));
+}
 
 std::optional<Error> import_fixtures(ShowImport& import) {
     for (const mvr::Fixture& fixture : import.show.fixtures) {
@@ -293,7 +300,6 @@ std::optional<Error> import_fixtures(ShowImport& import) {
                               placed.name);
         }
     }
-    if (!import.types.empty()) import.report.add(Outcome::left_out, "the bodies of fixtures are not drawn");
     if (std::ranges::any_of(import.show.fixtures, [](const mvr::Fixture& fixture) { return !fixture.state; }) &&
         !import.scene.lights.empty())
         import.report.add(Outcome::defaulted, "lights are at full level until a console says otherwise");

@@ -19,89 +19,7 @@
 namespace gonio::exchange {
 namespace {
 
-constexpr double kUnit_m = 0.001;  // of a 3DS model
 constexpr std::size_t kMostWarnings = GltfImport::kMaxWarnings;
-
-// A model that was read once: meshes of the scene with their places.
-struct Model {
-    struct Part {
-        int mesh;
-        int mirrored = -1;  // its copy that faces the front where it is turned inside out
-        glm::dmat4 model_from_mesh{1.0};
-        std::optional<std::array<glm::dvec3, 2>> box{};  // of the mesh, with its origin; found at its first use
-    };
-    std::vector<Part> parts;
-};
-
-Result<Model> take_glb(ShowImport& import, const std::string& bytes, const std::string& entry) {
-    auto read = read_glb(std::as_bytes(std::span(bytes)), entry, import.options, import.room);
-    if (!read) return read.error();
-    const SceneAsset& from = **read;
-    SceneAsset& scene = import.scene;
-    const int images = static_cast<int>(scene.images.size()), materials = static_cast<int>(scene.materials.size()),
-              meshes = static_cast<int>(scene.meshes.size());
-    scene.images.insert(scene.images.end(), from.images.begin(), from.images.end());
-    for (Material material : from.materials) {
-        for (int* image : {&material.base_color_image, &material.emissive_image, &material.normal_image,
-                           &material.transmission_image})
-            if (*image >= 0) *image += images;
-        scene.materials.push_back(std::move(material));
-    }
-    for (Mesh mesh : from.meshes) {
-        mesh.material += materials;
-        scene.meshes.push_back(std::move(mesh));
-    }
-    Model model;
-    for (const Instance& instance : from.instances)
-        model.parts.push_back({instance.mesh + meshes, -1, instance.world_from_mesh});
-    if (!from.lights.empty()) import.report.add(Outcome::left_out, "lights of a model", entry);
-    for (const std::string& warning : from.warnings) import.report.add(Outcome::guessed, warning, entry);
-    return model;
-}
-
-Result<Model> take_3ds(ShowImport& import, const std::string& bytes, const std::string& entry) {
-    const auto read = read_3ds(bytes);
-    if (!read) return read.error();
-    if (auto full = take_memory(import.room, 3 * read->triangles(), kBytesOfVertex + kBytesOfIndex, entry))
-        return *full;
-    SceneAsset& scene = import.scene;
-    std::vector<int> material_of(read->materials.size() + 1, -1);  // the last: of faces without one
-    Model model;
-    for (const Mesh3ds::Part& part : read->parts) {
-        const std::size_t which = part.material >= 0 ? static_cast<std::size_t>(part.material) : read->materials.size();
-        if (material_of[which] < 0) {
-            const Mesh3ds::Material made =
-                part.material >= 0 ? read->materials[which] : Mesh3ds::Material{"3DS", glm::vec3(0.5f)};
-            const auto most = static_cast<float>(import.options.max_albedo);
-            material_of[which] = add_material(scene, made.name, glm::min(made.color, glm::vec3(most)));
-            scene.materials.back().double_sided = true;  // exporters turn faces either way
-        }
-        Mesh mesh;
-        for (std::size_t i = 0; i + 2 < part.positions.size(); i += 3) {
-            glm::dvec3 corner[3];
-            for (std::size_t k = 0; k < 3; ++k) {
-                const glm::dvec3 at(part.positions[i + k]);
-                corner[k] = glm::dvec3(at.x, at.z, -at.y) * kUnit_m;
-            }
-            const glm::vec3 normal(glm::normalize(glm::cross(corner[1] - corner[0], corner[2] - corner[0])));
-            if (!std::isfinite(normal.x)) continue;
-            for (const glm::dvec3& one : corner) {
-                mesh.indices.push_back(static_cast<std::uint32_t>(mesh.vertices.size()));
-                mesh.vertices.push_back({glm::vec3(one), normal, glm::vec2(0.0f)});
-            }
-        }
-        if (mesh.indices.empty()) continue;
-        model.parts.push_back({add_mesh(scene, std::move(mesh), material_of[which])});
-    }
-    return model;
-}
-
-Result<Model> take_model(ShowImport& import, const std::string& entry) {
-    const auto bytes = import.archive.read(entry);
-    if (!bytes) return bytes.error();
-    if (auto full = take_memory(import.room, bytes->size(), 1, entry)) return *full;
-    return bytes->starts_with("MM") ? take_3ds(import, *bytes, entry) : take_glb(import, *bytes, entry);
-}
 
 // A transform of negative determinant turns triangles inside out; the copy has been turned beforehand.
 int mirrored(SceneAsset& scene, Model::Part& part) {
@@ -113,24 +31,6 @@ int mirrored(SceneAsset& scene, Model::Part& part) {
     part.mirrored = static_cast<int>(scene.meshes.size());
     scene.meshes.push_back(std::move(copy));
     return part.mirrored;
-}
-
-// Result: the corners of a mesh's box.
-std::array<glm::dvec3, 2> box_of(const Mesh& mesh) {
-    std::array<glm::dvec3, 2> box{glm::dvec3(0.0), glm::dvec3(0.0)};
-    for (const Vertex& vertex : mesh.vertices) {
-        box[0] = glm::min(box[0], glm::dvec3(vertex.position));
-        box[1] = glm::max(box[1], glm::dvec3(vertex.position));
-    }
-    return box;
-}
-
-bool is_placed(const glm::dmat4& matrix, const std::array<glm::dvec3, 2>& box) {
-    for (int k = 0; k < 8; ++k) {
-        const glm::dvec3 corner(box[k & 1].x, box[k >> 1 & 1].y, box[k >> 2 & 1].z);
-        if (!is_within(glm::dvec3(matrix * glm::dvec4(corner, 1.0)))) return false;
-    }
-    return std::abs(glm::determinant(glm::dmat3(matrix))) > 1e-30;
 }
 
 std::optional<Error> show_model(ShowImport& import, Model& model, const mvr::ModelUse& use) {
@@ -190,7 +90,8 @@ std::optional<Error> import_models(ShowImport& import) {
     for (const mvr::ModelUse& use : import.show.models) {
         const auto [at, fresh] = models.try_emplace(use.entry);
         if (fresh) {
-            auto model = take_model(import, use.entry);
+            const auto bytes = import.archive.read(use.entry);
+            auto model = bytes ? take_model(import, import.scene, *bytes, use.entry) : Result<Model>(bytes.error());
             if (model)
                 at->second = std::move(*model);
             else if (model.error().code == "too_large")
@@ -224,6 +125,7 @@ Result<std::shared_ptr<SceneAsset>> import_mvr(std::string bytes, const std::str
     if (auto error = import_fixtures(import)) return *error;
     if (scene->materials.empty()) add_material(*scene, "default", glm::vec3(0.5f));
     if (scene->instances.empty()) import.report.add(Outcome::defaulted, "the show has no models: nothing is lit");
+    if (import.bodies && !import.bodies->parts.empty()) scene->bodies = std::move(import.bodies);
     set_bounds(*scene);
     if (import.patch.rows_size() > 0) scene->patch = std::make_shared<const v1::SetPatch>(std::move(import.patch));
     scene->warnings = report_lines(import.report);

@@ -1,12 +1,14 @@
 // The parts of the import of MVR shows.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -18,8 +20,20 @@
 #include "server/assets/assets.h"
 #include "server/exchange/gdtf_dmx.h"
 #include "server/exchange/mvr.h"
+#include "server/scene/body.h"
 
 namespace gonio::exchange {
+
+// A model that was read once: meshes of a scene with their places, of Y up.
+struct Model {
+    struct Part {
+        int mesh;
+        int mirrored = -1;  // its copy that faces the front where it is turned inside out
+        glm::dmat4 model_from_mesh{1.0};
+        std::optional<std::array<glm::dvec3, 2>> box{};  // of the mesh, with its origin; found at its first use
+    };
+    std::vector<Part> parts;
+};
 
 // What is looked up of a mode for each of its fixtures.
 struct ModeIndex {
@@ -29,6 +43,7 @@ struct ModeIndex {
     // Directions of beams by geometry, at the pans and tilts of head_axes(), for each inversion that was asked for.
     std::map<std::pair<bool, bool>, std::vector<std::map<int, glm::dvec3>>> directions;
     bool told_undriven = false;
+    std::vector<std::vector<int>> turns;  // by geometry: those that turn it, from the root on, itself among them
     // What values of a channel's most significant slot stand for, by the patched channel, the beam and the property.
     std::map<std::tuple<const gdtf::PatchedChannel*, int, std::string>, std::vector<v1::PatchRange>> ranges;
 };
@@ -49,7 +64,10 @@ struct ShowImport {
     std::map<const gdtf::FixtureType*, std::map<int, std::shared_ptr<const Gobos>>> gobos{};  // by wheel
     std::set<std::string, std::less<>> light_names{};
     std::map<const gdtf::Mode*, ModeIndex> modes{};
-    std::size_t instanced = 0;  // triangles of all instances
+    std::size_t instanced = 0;                                          // triangles of all instances
+    std::shared_ptr<Bodies> bodies{};                                   // null: none yet
+    std::map<const gdtf::FixtureType*, std::map<int, Model>> models{};  // of bodies, by FixtureType::models
+    std::size_t body_triangles = 0;                                     // of all parts
 };
 
 // Whether a place is finite and within the 1,000 km that clients may ask for too.
@@ -62,6 +80,14 @@ inline bool is_within(const glm::dvec3& place) {
 inline std::string named(const std::string& entry, const Error& error) {
     return shortened_text(entry + " (" + error.text() + ")", 300);
 }
+
+// bytes: a .glb or a .3ds. scene: that gets its meshes, materials and images. Result: those, in metres, Y up. Errors:
+// of read_glb and read_3ds.
+Result<Model> take_model(ShowImport& import, SceneAsset& scene, const std::string& bytes, const std::string& entry);
+// Result: the corners of a mesh's box, with its origin in it.
+std::array<glm::dvec3, 2> box_of(const Mesh& mesh);
+// Whether such a box, brought by the matrix, is finite and within 1,000 km, and the matrix spans a space.
+bool is_placed(const glm::dmat4& matrix, const std::array<glm::dvec3, 2>& box);
 
 // Adds the instances of the show's models. Errors: "too_large"; models that cannot be read are left out by name.
 std::optional<Error> import_models(ShowImport& import);
@@ -77,9 +103,13 @@ struct FixtureBeam {
     glm::dmat4 world_from_fixture;  // of GDTF's axes
     std::string light;              // its name
 };
+// How a console's pan and tilt become the light's: pan_rad = offset + sign · GDTF's, likewise tilt.
+struct HeadAxes {
+    double pan_offset_rad = 0.0, pan_sign = 1.0, tilt_offset_rad = 0.0, tilt_sign = 1.0;
+};
 // Adds the rows that drive the light: level, red, green and blue, shutter, strobe, zoom, gobo, pan and tilt. Result:
-// whether pan or tilt is driven.
-bool add_patch_rows(ShowImport& import, const FixtureBeam& beam);
+// the axes where pan or tilt is driven.
+std::optional<HeadAxes> add_patch_rows(ShowImport& import, const FixtureBeam& beam);
 
 // A channel that drives something of a beam: that of the nearest geometry, from the beam upwards.
 struct Driving {
@@ -117,10 +147,6 @@ GoboChannel gobo_channel(const ShowImport& import, const ModeIndex& index, const
 std::shared_ptr<const Profile> with_gobos(ShowImport& import, const std::shared_ptr<const Profile>& profile,
                                           const gdtf::FixtureType& type, int wheel);
 
-// How a console's pan and tilt become the light's: pan_rad = offset + sign · GDTF's, likewise tilt.
-struct HeadAxes {
-    double pan_offset_rad = 0.0, pan_sign = 1.0, tilt_offset_rad = 0.0, tilt_sign = 1.0;
-};
 // Result: where the beams of the mode go in its own axes, at each pair of pan and tilt that head_axes() looks at.
 std::vector<std::map<int, glm::dvec3>> head_directions(const gdtf::FixtureType& type, const gdtf::Mode& mode,
                                                        bool invert_pan, bool invert_tilt);
@@ -128,6 +154,32 @@ std::vector<std::map<int, glm::dvec3>> head_directions(const gdtf::FixtureType& 
 // or stands upright; nothing where it is mounted otherwise, or where its axes are not a tilt below a pan.
 std::optional<HeadAxes> head_axes(const std::vector<std::map<int, glm::dvec3>>& directions, int beam_geometry,
                                   const glm::dmat4& world_from_fixture, bool has_pan);
+
+// Result: a mesh for a model's PrimitiveType ("Cube", "Yoke", "Base1_1"), of Y up, about as large as 1 m; nothing where
+// there is no such type.
+std::optional<Mesh> primitive_mesh(std::string_view primitive);
+// Reads the models that a fixture type's geometries show, into the meshes of bodies; a primitive that has no file of
+// its own is primitive_mesh(). What cannot be read or has no mesh is left out, by name.
+void read_body_models(ShowImport& import, const ZipArchive& archive, const gdtf::FixtureType& type);
+// A light of a fixture, as its body follows it.
+struct BodyLight {
+    int geometry = 0;                     // the beam
+    std::size_t seed = 0;                 // index into SceneAsset::lights
+    glm::dquat home{1.0, 0.0, 0.0, 0.0};  // world_from_light before a focus point turned it
+    std::optional<HeadAxes> axes;         // of a console's pan and tilt
+};
+struct FixtureBody {
+    const gdtf::FixtureType& type;
+    const gdtf::Mode& mode;
+    glm::dmat4 world_from_fixture;  // of GDTF's axes
+    double pan_rad;                 // of the fixture, as its lights aim
+    std::string name;
+};
+// Adds the body of a fixture: a part for each mesh of each geometry's model. It follows the first light whose beam lies
+// below what turns the geometry. Beyond kMostBodyParts and kMostBodyTriangles parts are left out, by name.
+void add_body(ShowImport& import, const FixtureBody& fixture, std::span<const BodyLight> lights);
+// The rotation of a matrix, its lengths and any mirroring left out.
+glm::dquat turn_of(const glm::dmat4& matrix);
 
 // Result: the index of a mode, made once.
 ModeIndex& index_of(ShowImport& import, const gdtf::Mode& mode);

@@ -240,8 +240,8 @@ std::optional<HeadAxes> head_axes(const std::vector<std::map<int, glm::dvec3>>& 
     return std::nullopt;
 }
 
-bool add_patch_rows(ShowImport& import, const FixtureBeam& beam) {
-    if (beam.fixture.patches.empty()) return false;
+std::optional<HeadAxes> add_patch_rows(ShowImport& import, const FixtureBeam& beam) {
+    if (beam.fixture.patches.empty()) return std::nullopt;
     ModeIndex& index = index_of(import, beam.mode);
     if (!index.told_undriven) note_undriven(import, beam);
     index.told_undriven = true;
@@ -250,13 +250,13 @@ bool add_patch_rows(ShowImport& import, const FixtureBeam& beam) {
     add_colors(import, index, beam);
     add_beam_rows(import, index, beam);
     const Driving pan = driving(index, beam, "Pan"), tilt = driving(index, beam, "Tilt");
-    if (pan.patched == nullptr && tilt.patched == nullptr) return false;
+    if (pan.patched == nullptr && tilt.patched == nullptr) return std::nullopt;
     const auto never_filled_in = [](const Driving& by) {
         return by.function == nullptr || (by.function->physical_from == 0.0 && by.function->physical_to == 1.0);
     };
     if (never_filled_in(pan) && never_filled_in(tilt)) {
         import.report.add(Outcome::left_out, "pan and tilt of a fixture type were never filled in", beam.type.name);
-        return false;
+        return std::nullopt;
     }
     auto& directions = index.directions[{beam.fixture.invert_pan, beam.fixture.invert_tilt}];
     if (directions.empty())
@@ -265,7 +265,7 @@ bool add_patch_rows(ShowImport& import, const FixtureBeam& beam) {
     if (!axes) {
         import.report.add(Outcome::left_out, "pan and tilt of a fixture that neither hangs nor stands upright",
                           beam.light);
-        return false;
+        return std::nullopt;
     }
     const auto add = [&](const Driving& by, const char* property, double offset, double sign) {
         if (never_filled_in(by)) return;
@@ -278,7 +278,7 @@ bool add_patch_rows(ShowImport& import, const FixtureBeam& beam) {
     };
     add(pan, "pan", axes->pan_offset_rad, axes->pan_sign);
     add(tilt, "tilt", axes->tilt_offset_rad, axes->tilt_sign);
-    return true;
+    return axes;
 }
 
 }  // namespace gonio::exchange

@@ -203,7 +203,7 @@ void mark_others(const GBuffer& gbuffer, const GBuffer& drawn, Raster& raster, P
 }
 
 bool add_edge_sample(const Clusters& clusters, const MaterialTable& materials, bool emissive, const GBuffer& gbuffer,
-                     const Raster& raster, unsigned n, EdgeSamples& samples, Pool& pool) {
+                     const Raster& raster, unsigned n, EdgeSamples& samples, Pool& pool, const PosedBodies* bodies) {
     const glm::vec2 offset = sample_offset(samples.done, n);
     GBuffer& drawn = samples.gbuffer;
     drawn.width = gbuffer.width, drawn.height = gbuffer.height, drawn.row_length = gbuffer.row_length;
@@ -211,7 +211,7 @@ bool add_edge_sample(const Clusters& clusters, const MaterialTable& materials, b
     drawn.rays.corner += offset.x * gbuffer.rays.right + offset.y * gbuffer.rays.up;
     drawn.depth_per_pixel = gbuffer.depth_per_pixel;
     draw_gbuffer(clusters, materials, emissive, drawn, samples.raster, pool,
-                 {static_cast<int>(samples.done), static_cast<int>(n), 1.0f / static_cast<float>(n)});
+                 {static_cast<int>(samples.done), static_cast<int>(n), 1.0f / static_cast<float>(n)}, bodies);
     samples.rows.resize(static_cast<std::size_t>(gbuffer.height));
     samples.points.resize(samples.rows.size());
     samples.newest.resize(drawn.depth.size());

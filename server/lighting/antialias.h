@@ -80,9 +80,10 @@ void mark_others(const GBuffer& gbuffer, const GBuffer& drawn, Raster& raster, P
 // Draws sample `done` of n, at most 64, and compares it with the picture whose pixels are lit (gbuffer, raster). Of a
 // pixel's samples those that take the same light are kept as one. A row keeps no more than four such a pixel; the
 // others count as their pixel's centre. Result: whether that was the last. Eight parameters: a scene, a picture and the
-// work. Render thread.
+// work; bodies, which may be null, are of the scene. Render thread.
 bool add_edge_sample(const Clusters& clusters, const MaterialTable& materials, bool emissive, const GBuffer& gbuffer,
-                     const Raster& raster, unsigned n, EdgeSamples& samples, Pool& pool);
+                     const Raster& raster, unsigned n, EdgeSamples& samples, Pool& pool,
+                     const PosedBodies* bodies = nullptr);
 // Result: of all n samples, which are gone then.
 Edges edges_of(unsigned n, EdgeSamples& samples, Pool& pool);
 

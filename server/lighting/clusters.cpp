@@ -93,8 +93,7 @@ void add_instance(Clusters& result, std::span<const glm::vec3> positions, const 
 
 }  // namespace
 
-Clusters make_clusters(const trace::Geometry& geometry) {
-    const SceneAsset& asset = geometry.asset();
+Clusters make_clusters(const SceneAsset& asset, const PositionsOf& positions) {
     Clusters result;
     if (asset.triangles() > kMostTriangles) return result;
     std::vector<Cut> cuts;
@@ -103,11 +102,15 @@ Clusters make_clusters(const trace::Geometry& geometry) {
     for (std::size_t i = 0; i < asset.instances.size(); ++i) {
         const auto mesh = static_cast<std::size_t>(asset.instances[i].mesh);
         const auto material = static_cast<std::size_t>(asset.meshes[mesh].material);
-        add_instance(result, geometry.positions(static_cast<int>(i)), asset.materials[material], cuts[mesh],
-                     first_look);
+        add_instance(result, positions(i), asset.materials[material], cuts[mesh], first_look);
         first_look += static_cast<std::uint32_t>(asset.meshes[mesh].indices.size() / 3);
     }
     return result;
+}
+
+Clusters make_clusters(const trace::Geometry& geometry) {
+    return make_clusters(geometry.asset(),
+                         [&](std::size_t instance) { return geometry.positions(static_cast<int>(instance)); });
 }
 
 std::shared_ptr<const Drawn> make_drawn(const std::shared_ptr<const trace::Geometry>& geometry, bool clustered) {

@@ -41,6 +41,7 @@ struct Clusters {
 };
 
 // Result: none if the scene has more than kMostTriangles.
+Clusters make_clusters(const SceneAsset& asset, const PositionsOf& positions);
 Clusters make_clusters(const trace::Geometry& geometry);
 
 // What the CPU's passes read of a scene.

@@ -42,7 +42,8 @@ void for_points(const Grid& grid, Pool& pool, const Job& job) {
 }  // namespace
 
 void find_surfels(const GBuffer& gbuffer, const Raster* raster, const MaterialTable& material_table,
-                  const ScreenGrid& screen, const transport::Transport& transport, GridWeights& weights, Pool& pool) {
+                  const BodiesAround* bodies, const ScreenGrid& screen, const transport::Transport& transport,
+                  GridWeights& weights, Pool& pool) {
     const Grid& grid = screen.grid;
     const transport::Transport::Surface& surface = *transport.surface;
     const Surfels& surfels = surface.surfels;
@@ -63,9 +64,22 @@ void find_surfels(const GBuffer& gbuffer, const Raster* raster, const MaterialTa
             triangle =
                 raster->nearest[static_cast<std::size_t>(py) * gbuffer.row_length + static_cast<std::size_t>(px)];
         }
+        const auto scenes = static_cast<std::uint32_t>(material_table.triangles.size());
+        const auto of_body = [&](std::size_t part) {
+            if (part >= bodies->sides.parts()) return;
+            weights.around[at] = bodies->sides.around(part).data();
+            BodySides::weigh(n, weights.weights.data() + at * kNeighbours);
+        };
+        if (triangle > scenes) {
+            if (bodies != nullptr) of_body(bodies->posed.part_of(triangle - scenes - 1));
+            return;
+        }
         const std::uint16_t own = triangle > 0 ? surfel_of(surface, material_table, triangle - 1, p, gbuffer.rays.eye)
                                                : surfels.visible_from(*surface.geometry, {p, n, n});
-        if (own == surfels.count) return;
+        if (own == surfels.count) {
+            if (bodies != nullptr) of_body(bodies->sides.part_at(p));
+            return;
+        }
         weights.around[at] = surfels.neighbours[own].data();
         transport::weigh(surfels, weights.around[at], p, n, weights.weights.data() + at * kNeighbours);
         std::atomic_ref(own_of_any[own]).store(1, std::memory_order_relaxed);

@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "server/lighting/body_sides.h"
 #include "server/lighting/material_table.h"
+#include "server/lighting/posed_bodies.h"
 #include "server/lighting/raster.h"
 #include "server/lighting/screen.h"
 #include "server/transport/transport.h"
@@ -18,12 +20,18 @@ struct GridWeights {
     std::vector<float> weights;                // kNeighbours a point, of sum 1
     std::vector<std::uint8_t> seen;            // by surfel: whether it is around any point
 };
-// raster: of these surfaces; null: drawn by GL. Four ways to find a point's surfel, and where it goes: seven
-// parameters.
+struct BodiesAround {
+    const PosedBodies& posed;
+    const BodySides& sides;
+};
+// raster: of these surfaces; null: drawn by GL. bodies: that they show; null: none. Five ways to find a point's surfel,
+// and where it goes: eight parameters.
 void find_surfels(const GBuffer& gbuffer, const Raster* raster, const MaterialTable& material_table,
-                  const ScreenGrid& screen, const transport::Transport& transport, GridWeights& weights, Pool& pool);
+                  const BodiesAround* bodies, const ScreenGrid& screen, const transport::Transport& transport,
+                  GridWeights& weights, Pool& pool);
 
-// surfels: irradiance at each. Result: at every point, 3 planes in the shape of the grid.
+// surfels: irradiance at each, and where the grid shows bodies at their sides. Result: at every point, 3 planes in the
+// shape of the grid.
 Planes irradiance_at_grid(const ScreenGrid& screen, const GridWeights& weights, std::span<const glm::vec4> surfels,
                           Pool& pool);
 

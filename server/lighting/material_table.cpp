@@ -58,19 +58,19 @@ std::uint32_t pack_normal(const glm::vec3& n) {
 }
 
 struct Builder {
-    const trace::Geometry& geometry;
+    const SceneAsset& asset;
     MaterialTable result{};
-    const bool colored = std::any_of(geometry.asset().meshes.begin(), geometry.asset().meshes.end(),
-                                     [](const Mesh& mesh) { return !mesh.colors.empty(); });
-    const bool mapped = std::any_of(geometry.asset().meshes.begin(), geometry.asset().meshes.end(),
-                                    [](const Mesh& mesh) { return !mesh.tangents.empty(); });
+    const bool colored =
+        std::any_of(asset.meshes.begin(), asset.meshes.end(), [](const Mesh& mesh) { return !mesh.colors.empty(); });
+    const bool mapped =
+        std::any_of(asset.meshes.begin(), asset.meshes.end(), [](const Mesh& mesh) { return !mesh.tangents.empty(); });
     std::map<int, MaterialTable::Texture> images{};  // its levels, by image
 
     // Result: index of the texture that shows `image` as `material` repeats it, -1: none.
     std::int32_t texture_of(const Material& material, int image) {
         if (image < 0) return -1;
         if (!images.contains(image)) {
-            Level level = linear(geometry.asset().images[static_cast<std::size_t>(image)]);
+            Level level = linear(asset.images[static_cast<std::size_t>(image)]);
             while (std::max(level.width, level.height) >= 1 << kLevels) level = halved(level);
             MaterialTable::Texture texture{level.width, level.height, 0, 0, -1, {}, {}};
             do {
@@ -87,9 +87,7 @@ struct Builder {
         return static_cast<std::int32_t>(result.textures.size()) - 1;
     }
 
-    void add_instance(int index) {
-        const SceneAsset& asset = geometry.asset();
-        const Instance& instance = asset.instances[static_cast<std::size_t>(index)];
+    void add_instance(const Instance& instance, std::span<const glm::vec3> positions) {
         const Mesh& mesh = asset.meshes[static_cast<std::size_t>(instance.mesh)];
         result.first_triangle.push_back(static_cast<std::uint32_t>(result.triangles.size()));
         const glm::dmat3 turn(instance.world_from_mesh);
@@ -102,8 +100,9 @@ struct Builder {
             normals.push_back(length > 1e-300 ? glm::vec3(n / length) : glm::vec3(0.0f));
         }
         for (std::size_t t = 0; t < mesh.indices.size() / 3; ++t) {
-            const auto corner = geometry.corners(index, static_cast<int>(t));
-            const glm::vec3 cross = glm::cross(corner[1] - corner[0], corner[2] - corner[0]);
+            const std::uint32_t* own_indices = &mesh.indices[3 * t];
+            const glm::vec3 corner = positions[own_indices[0]];
+            const glm::vec3 cross = glm::cross(positions[own_indices[1]] - corner, positions[own_indices[2]] - corner);
             const float twice_area = glm::length(cross);
             const glm::vec3 own = twice_area > 0.0f ? cross / twice_area : glm::vec3(0.0f, 0.0f, 1.0f);
             MaterialTable::Triangle look;
@@ -140,12 +139,11 @@ struct Builder {
 
 }  // namespace
 
-MaterialTable make_material_table(const trace::Geometry& geometry) {
-    const SceneAsset& asset = geometry.asset();
-    Builder builder{geometry};
+MaterialTable make_material_table(const SceneAsset& asset, const PositionsOf& positions) {
+    Builder builder{asset};
     builder.result.asset = &asset;
     builder.result.triangles.reserve(asset.triangles());
-    for (std::size_t i = 0; i < asset.instances.size(); ++i) builder.add_instance(static_cast<int>(i));
+    for (std::size_t i = 0; i < asset.instances.size(); ++i) builder.add_instance(asset.instances[i], positions(i));
     for (const Material& material : asset.materials) {
         builder.result.materials.push_back(
             {glm::vec3(material.base_color), builder.texture_of(material, material.base_color_image),
@@ -162,6 +160,11 @@ MaterialTable make_material_table(const trace::Geometry& geometry) {
             builder.result.dark_backs.push_back(dark_back(material) ? 1 : 0);
     }
     return std::move(builder.result);
+}
+
+MaterialTable make_material_table(const trace::Geometry& geometry) {
+    return make_material_table(geometry.asset(),
+                               [&](std::size_t instance) { return geometry.positions(static_cast<int>(instance)); });
 }
 
 }  // namespace gonio::lighting

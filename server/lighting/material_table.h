@@ -4,7 +4,9 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <glm/glm.hpp>
+#include <span>
 #include <vector>
 
 #include "server/trace/geometry.h"
@@ -61,6 +63,9 @@ struct MaterialTable {
     const SceneAsset* asset = nullptr;  // the geometry's, which outlives this
 };
 
+// Result: of the vertices of an instance's mesh, local, m.
+using PositionsOf = std::function<std::span<const glm::vec3>(std::size_t instance)>;
+MaterialTable make_material_table(const SceneAsset& asset, const PositionsOf& positions);
 MaterialTable make_material_table(const trace::Geometry& geometry);
 
 }  // namespace gonio::lighting

@@ -93,7 +93,7 @@ float seen_by_ray(const trace::Geometry& geometry, const glm::vec3& eye, const M
     return static_cast<double>(hit.distance) < end ? 0.0f : trace::luminance(hit.tint);
 }
 
-void see(const trace::Luminaire& luminaire, const GBuffer& s, const trace::Geometry& geometry, int y,
+void see(const trace::Luminaire& luminaire, const GBuffer& s, const trace::Geometry& geometry, bool bodies, int y,
          const Rectangle& bounds, std::vector<OpeningPixel>& found) {
     for (int x = bounds.left; x <= bounds.right; ++x) {
         const Samples samples = samples_of(luminaire, s.rays, x, y);
@@ -102,7 +102,8 @@ void see(const trace::Luminaire& luminaire, const GBuffer& s, const trace::Geome
         if (!(sum > 0.0)) continue;
         const Met& middle = samples.met[samples.count / 2];
         const double per_depth = glm::length(ray_at(s.rays, x, y));
-        float seen = geometry.transmissive() ? -1.0f : seen_by_depth(s, x, y, middle.shining.distance_m / per_depth);
+        float seen =
+            geometry.transmissive() || bodies ? -1.0f : seen_by_depth(s, x, y, middle.shining.distance_m / per_depth);
         double nit = sum / static_cast<double>(samples.count);
         if (seen < 0.0f) {
             constexpr std::size_t kRays = 4;
@@ -125,14 +126,14 @@ void see(const trace::Luminaire& luminaire, const GBuffer& s, const trace::Geome
 }  // namespace
 
 std::vector<OpeningPixel> see_openings(std::span<const trace::Luminaire> luminaires, const GBuffer& gbuffer,
-                                       const trace::Geometry& geometry, Pool& pool) {
+                                       const trace::Geometry& geometry, bool bodies, Pool& pool) {
     std::vector<std::vector<OpeningPixel>> rows(static_cast<std::size_t>(gbuffer.height));
     for (const trace::Luminaire& luminaire : luminaires) {
         const Rectangle bounds = around(luminaire, gbuffer);
         if (bounds.left > bounds.right || bounds.low > bounds.high) continue;
         pool.run(bounds.high - bounds.low + 1, [&](int job) {
             const int y = bounds.low + job;
-            see(luminaire, gbuffer, geometry, y, bounds, rows[static_cast<std::size_t>(y)]);
+            see(luminaire, gbuffer, geometry, bodies, y, bounds, rows[static_cast<std::size_t>(y)]);
         });
     }
     std::vector<OpeningPixel> all;

@@ -19,10 +19,11 @@ struct OpeningPixel {
     float covered;        // of the pixel by what is seen of the opening, of 4 × 4 samples
     float nit;            // its luminance × covered, before the luminaire's weight, cd/m²
 };
-// Result: all there are. What hides an opening is told by the depth of the pixels around; where they do not agree, and
-// where surfaces are transmissive, by rays. Render thread.
+// Result: all there are. What hides an opening is told by the depth of the pixels around. Where they do not agree rays
+// tell it, and where surfaces are transmissive. bodies: the pixels show some. These hide no opening, as light begins
+// within them, so that rays tell it too. Render thread.
 std::vector<OpeningPixel> see_openings(std::span<const trace::Luminaire> luminaires, const GBuffer& gbuffer,
-                                       const trace::Geometry& geometry, Pool& pool);
+                                       const trace::Geometry& geometry, bool bodies, Pool& pool);
 
 // A pixel with all openings that it shows, at their weights.
 struct ShiningPixel {

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "server/lighting/panes.h"
+#include "server/lighting/posed_bodies.h"
 #include "server/lighting/screen.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -425,33 +426,29 @@ struct Tints {
     }
 };
 
-}  // namespace
+constexpr std::size_t kClustersPerChunk = 32;
 
-unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_table, bool emissive, GBuffer& gbuffer,
-                      Raster& raster, Pool& pool, const RasterSample& sample) {
-    const Rays& rays = gbuffer.rays;  // one frame, step by step: cut up it would pass eight locals around
+std::size_t chunks_of(const Clusters& clusters) {
+    return (clusters.clusters.size() + kClustersPerChunk - 1) / kClustersPerChunk;
+}
+std::size_t strips_of(const GBuffer& gbuffer) {
+    return static_cast<std::size_t>((gbuffer.height + kStripRows - 1) / kStripRows);
+}
+
+// Sets up the triangles that meet the picture. Result: clusters that do.
+unsigned set_up_all(const Clusters& clusters, std::size_t triangles, const GBuffer& gbuffer, SetUp& out, Pool& pool) {
+    const Rays& rays = gbuffer.rays;
     const int width = gbuffer.width, height = gbuffer.height;
-    const std::size_t pixels = gbuffer.row_length * static_cast<std::size_t>(height);
-    gbuffer.depth.resize(pixels);
-    gbuffer.normal.resize(pixels);
-    gbuffer.detail.resize(material_table.tangents.empty() ? 0 : pixels);
-    raster.nearest.resize(pixels);
-    raster.albedo.resize(4 * pixels);
-    if (emissive) raster.emission.resize(4 * pixels);
-    if (const std::size_t wanted = material_table.triangles.size() + 1;
-        raster.capacity < wanted || raster.capacity > 2 * wanted)
-        raster.setups = std::make_unique_for_overwrite<Setup[]>(raster.capacity = wanted);
-    raster.setups[0] = {};  // which pixels without a surface look at
-
-    constexpr std::size_t kClustersPerChunk = 32;
-    const std::size_t chunks = (clusters.clusters.size() + kClustersPerChunk - 1) / kClustersPerChunk;
-    const auto strips = static_cast<std::size_t>((height + kStripRows - 1) / kStripRows);
-    raster.bins.resize(chunks * strips);
+    if (const std::size_t wanted = triangles + 1; out.capacity < wanted || out.capacity > 2 * wanted)
+        out.setups = std::make_unique_for_overwrite<Setup[]>(out.capacity = wanted);
+    out.setups[0] = {};  // which pixels without a surface look at
+    const std::size_t strips = strips_of(gbuffer);
+    out.bins.resize(chunks_of(clusters) * strips);
     const Frustum frustum(rays, width, height);
     const glm::mat3 screen_from_local = glm::mat3(glm::inverse(glm::dmat3(rays.right, rays.up, rays.corner)));
     const auto set_up_some = [&](std::size_t first, std::size_t count) {
         unsigned drawn = 0;
-        std::vector<std::uint32_t>* bins = &raster.bins[first / kClustersPerChunk * strips];
+        std::vector<std::uint32_t>* bins = &out.bins[first / kClustersPerChunk * strips];
         for (std::size_t s = 0; s < strips; ++s) bins[s].clear();
         OnScreen screen;
         std::uint32_t index = clusters.clusters[first].first_triangle;
@@ -462,7 +459,7 @@ unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_ta
             (screen_from_local, rays.eye, cluster.vertices, clusters, cluster.first_vertex, rays.near_m, screen);
             for (std::uint32_t t = cluster.first_triangle; t < cluster.first_triangle + cluster.triangles; ++t) {
                 const auto& [corner, look] = clusters.triangles[t];
-                Setup& setup = raster.setups[index];
+                Setup& setup = out.setups[index];
                 if (!set_up(screen, corner, cluster.one_sided, width, height, static_cast<double>(rays.near_m), setup))
                     continue;
                 setup.triangle = look | (cluster.alpha_mask ? Setup::kAlphaMask : 0u);
@@ -473,14 +470,78 @@ unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_ta
         }
         return drawn;
     };
+    return pool.reduce_chunks(clusters.clusters.size(), kClustersPerChunk, 0u, set_up_some, std::plus<>());
+}
+
+// The nearest of a strip's triangles, and what they look like. Chunk by chunk: of two triangles at the same depth the
+// first stays, whatever thread set them up. Six parameters: a scene's and a strip's.
+void draw_strip(const SetUp& triangles, std::size_t strips, std::size_t which, const MaterialTable& material_table,
+                const GBuffer& gbuffer, const Strip& strip) {
+    for (std::size_t bin = which; bin < triangles.bins.size(); bin += strips) {
+        for (const std::uint32_t index : triangles.bins[bin])
+            HWY_DYNAMIC_DISPATCH(RasterTriangle)(material_table, triangles.setups[index], index, strip);
+    }
+    // Whole vectors were drawn: nothing is beyond the picture.
+    for (std::ptrdiff_t y = 0; y < strip.rows; ++y) {
+        std::fill(strip.depth + y * strip.row_length + gbuffer.width, strip.depth + (y + 1) * strip.row_length, 0.0f);
+        std::fill(strip.nearest + y * strip.row_length + gbuffer.width, strip.nearest + (y + 1) * strip.row_length, 0u);
+    }
+    HWY_DYNAMIC_DISPATCH(ShadeStrip)
+    (material_table, triangles.setups.get(), strip, gbuffer.rays, gbuffer.depth_per_pixel);
+}
+
+// Bodies over what a strip shows. first_triangle: what theirs are counted from. Seven parameters: as of draw_strip.
+void draw_over(const PosedBodies& bodies, std::uint32_t first_triangle, const SetUp& triangles, std::size_t strips,
+               std::size_t which, const GBuffer& gbuffer, const Strip& strip) {
+    bool any = false;
+    for (std::size_t bin = which; bin < triangles.bins.size(); bin += strips) any |= !triangles.bins[bin].empty();
+    if (!any) return;
+    static thread_local std::vector<float> depth;
+    static thread_local std::vector<std::uint32_t> nearest, normal;
+    static thread_local std::vector<std::uint16_t> albedo;
+    const auto count = static_cast<std::size_t>(strip.rows * strip.row_length);
+    depth.assign(strip.depth, strip.depth + count);
+    nearest.assign(count, 0u);
+    normal.resize(count);
+    albedo.resize(4 * count);
+    Strip own = strip;
+    own.depth = depth.data(), own.nearest = nearest.data(), own.normal = normal.data(), own.albedo = albedo.data();
+    own.detail = nullptr, own.emission = nullptr;
+    draw_strip(triangles, strips, which, bodies.material_table(), gbuffer, own);
+    for (std::size_t i = 0; i < count; ++i) {
+        if (nearest[i] == 0) continue;
+        strip.depth[i] = depth[i];
+        strip.nearest[i] = first_triangle + nearest[i];
+        strip.normal[i] = normal[i];
+        if (strip.detail != nullptr) strip.detail[i] = normal[i];
+        std::copy_n(albedo.data() + 4 * i, 4, strip.albedo + 4 * i);
+        if (strip.emission != nullptr) std::fill_n(strip.emission + 4 * i, 4, 0.0f);
+    }
+}
+
+}  // namespace
+
+unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_table, bool emissive, GBuffer& gbuffer,
+                      Raster& raster, Pool& pool, const RasterSample& sample, const PosedBodies* bodies) {
+    const std::size_t pixels = gbuffer.row_length * static_cast<std::size_t>(gbuffer.height);
+    gbuffer.depth.resize(pixels);
+    gbuffer.normal.resize(pixels);
+    gbuffer.detail.resize(material_table.tangents.empty() ? 0 : pixels);
+    raster.nearest.resize(pixels);
+    raster.albedo.resize(4 * pixels);
+    if (emissive) raster.emission.resize(4 * pixels);
     const bool panes = any_pane(material_table);
-    const unsigned drawn =
-        pool.reduce_chunks(clusters.clusters.size(), kClustersPerChunk, 0u, set_up_some, std::plus<>());
+    const auto first_body = static_cast<std::uint32_t>(material_table.triangles.size());
+    unsigned drawn = set_up_all(clusters, material_table.triangles.size(), gbuffer, raster, pool);
+    if (bodies != nullptr)
+        drawn +=
+            set_up_all(bodies->clusters(), bodies->material_table().triangles.size(), gbuffer, raster.bodies, pool);
+    const std::size_t strips = strips_of(gbuffer);
     pool.run(static_cast<int>(strips), [&](int job) {
         const int first_row = job * kStripRows;
         const auto row_length = static_cast<std::ptrdiff_t>(gbuffer.row_length), at = first_row * row_length;
         const Strip strip{first_row,
-                          std::min(kStripRows, height - first_row),
+                          std::min(kStripRows, gbuffer.height - first_row),
                           row_length,
                           gbuffer.depth.data() + at,
                           raster.nearest.data() + at,
@@ -490,28 +551,21 @@ unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_ta
                           emissive ? raster.emission.data() + 4 * at : nullptr,
                           sample};
         const auto count = static_cast<std::size_t>(strip.rows * strip.row_length);
+        const auto which = static_cast<std::size_t>(job);
         std::fill_n(strip.depth, count, 0.0f);
         std::fill_n(strip.nearest, count, 0u);
-        // Chunk by chunk: of two triangles at the same depth the first stays, whatever thread set them up.
-        for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
-            for (const std::uint32_t index : raster.bins[chunk * strips + static_cast<std::size_t>(job)])
-                HWY_DYNAMIC_DISPATCH(RasterTriangle)(material_table, raster.setups[index], index, strip);
-        }
-        // Whole vectors were drawn: nothing is beyond the picture.
-        for (std::ptrdiff_t y = 0; y < strip.rows; ++y) {
-            std::fill(strip.depth + y * strip.row_length + width, strip.depth + (y + 1) * strip.row_length, 0.0f);
-            std::fill(strip.nearest + y * strip.row_length + width, strip.nearest + (y + 1) * strip.row_length, 0u);
-        }
-        HWY_DYNAMIC_DISPATCH(ShadeStrip)(material_table, raster.setups.get(), strip, rays, gbuffer.depth_per_pixel);
-        if (!panes) return;
-        Tints tints;
-        for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
-            for (const std::uint32_t place : raster.bins[chunk * strips + static_cast<std::size_t>(job)]) {
-                if ((raster.setups[place].triangle & Setup::kAlphaMask) != 0)
-                    tints.take(material_table, raster.setups[place], strip);
+        draw_strip(raster, strips, which, material_table, gbuffer, strip);
+        if (panes) {
+            Tints tints;
+            for (std::size_t bin = which; bin < raster.bins.size(); bin += strips) {
+                for (const std::uint32_t place : raster.bins[bin]) {
+                    if ((raster.setups[place].triangle & Setup::kAlphaMask) != 0)
+                        tints.take(material_table, raster.setups[place], strip);
+                }
             }
+            tints.give(strip);
         }
-        tints.give(strip);
+        if (bodies != nullptr) draw_over(*bodies, first_body, raster.bodies, strips, which, gbuffer, strip);
     });
     return drawn;
 }

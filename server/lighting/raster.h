@@ -14,6 +14,7 @@
 namespace gonio::lighting {
 
 struct GBuffer;
+class PosedBodies;
 
 // 64 bytes: a triangle that meets the picture. Edge k is a·x + b·y + c, x and y in pixels from (x0, y0): depth times
 // the weight of corner k, negative outside; `depth` their sum, near / distance.
@@ -26,16 +27,22 @@ struct alignas(64) Setup {
     static constexpr std::uint32_t kAlphaMask = 1u << 31;
 };
 
-// What a picture keeps from frame to frame.
-struct Raster {
+// Triangles on the screen.
+struct SetUp {
     // A chunk of clusters has room for a setup of each triangle, filled from the first on: memory that no triangle
     // needs is never touched.
     std::unique_ptr<Setup[]> setups;
     std::size_t capacity = 0;
     std::vector<std::vector<std::uint32_t>> bins;  // of setups, by chunk of clusters and strip
-    std::vector<std::uint32_t> nearest;            // per pixel: triangle + 1, 0 none
-    std::vector<std::uint16_t> albedo;             // per pixel 4 half floats: linear reflectance, 1
-    std::vector<float> emission;                   // per pixel 4: cd/m²; empty unless the scene has emitters
+};
+
+// What a picture keeps from frame to frame.
+struct Raster : SetUp {
+    SetUp bodies;
+    // Per pixel: triangle + 1, 0 none. Those of bodies follow those of the scene.
+    std::vector<std::uint32_t> nearest;
+    std::vector<std::uint16_t> albedo;  // per pixel 4 half floats: linear reflectance, 1
+    std::vector<float> emission;        // per pixel 4: cd/m²; empty unless the scene has emitters
 };
 
 // One of a picture's samples.
@@ -46,9 +53,9 @@ struct RasterSample {
 
 // Fills depth and normals of `surfaces` (whose size and rays are set) and the raster's albedo and, if `emissive`,
 // emission. Backs of one-sided surfaces are left out, holes of alpha masks too. What is seen through transmissive
-// surfaces is tinted by them. Result: clusters that were drawn. Seven parameters: a scene's and a picture's. Render
-// thread.
+// surfaces is tinted by them. Bodies, which may be null, are drawn over it, and no surface tints them. Result: clusters
+// that were drawn. Eight parameters: a scene's and a picture's. Render thread.
 unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_table, bool emissive, GBuffer& gbuffer,
-                      Raster& raster, Pool& pool, const RasterSample& sample = {});
+                      Raster& raster, Pool& pool, const RasterSample& sample = {}, const PosedBodies* bodies = nullptr);
 
 }  // namespace gonio::lighting

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 
 namespace gonio {
 namespace {
@@ -88,6 +89,21 @@ GpuScene::GpuScene(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(a
     near_m_ = static_cast<float>(diagonal_m * 1e-5);
     if (std::isfinite(diagonal_m))
         layer_unit_m2_ = static_cast<float>(std::exp2(std::round(2.0 * std::log2(diagonal_m / 16.0))));
+}
+
+GpuScene::GpuScene(std::shared_ptr<const SceneAsset> asset, const GpuScene& within) : GpuScene(std::move(asset)) {
+    emissive_ = within.emissive_;
+    detailed_ = within.detailed_;
+    places_.resize(asset_->instances.size());
+    bounds_.assign(places_.size(), Bounds());
+    std::iota(first_triangle_.begin(), first_triangle_.end(), 0u);  // which part it is
+}
+
+void GpuScene::place(std::size_t instance, const std::optional<glm::dmat4>& world_from_mesh) {
+    bounds_[instance] = Bounds();
+    if (!world_from_mesh) return;
+    places_[instance] = *world_from_mesh;
+    bounds_[instance] = world_bounds(asset_->meshes[asset_->instances[instance].mesh], *world_from_mesh);
 }
 
 const GpuScene::Uploaded& GpuScene::uploaded() const {
@@ -228,6 +244,7 @@ void GpuScene::use_material(Mode mode, Programs& programs, const DrawGroup& grou
         if (!tint && material.show_back && !material.double_sided) defines.emplace_back("DARK_BACK", "1");
     }
     if (cells) defines.emplace_back("CELLS", emissive_ ? "3" : "2");
+    if (cells && !places_.empty()) defines.emplace_back("BODY", "1");
     if (tint) fragment = "passes/tint.frag";
     const bool mapped = !cube && !tint && group.mapped;
     if (!cube && !tint && detailed_)
@@ -246,7 +263,8 @@ void GpuScene::use_material(Mode mode, Programs& programs, const DrawGroup& grou
         if (pane) glProgramUniform2f(program, 7, material.transmission, material.alpha_blend ? 1.0f : 0.0f);
         if (pane) glProgramUniform1i(program, 8, pane_sample);
         if (mapped) glProgramUniform1f(program, 5, material.normal_scale);
-        if (cells) glProgramUniform2ui(program, 6, group.first_index, static_cast<GLuint>(group.base_vertex));
+        if (cells && places_.empty())
+            glProgramUniform2ui(program, 6, group.first_index, static_cast<GLuint>(group.base_vertex));
     }
     const GLuint sampler = own.samplers[static_cast<int>(material.wrap_s) + 3 * static_cast<int>(material.wrap_t)].id();
     if (textured) {
@@ -290,8 +308,9 @@ PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, con
         ranges[g].first = static_cast<std::uint32_t>(instances.size());
         for (int index : groups_[g].instances) {
             const Bounds& box = bounds_[index];
+            if (!places_.empty() && !(box.min.x <= box.max.x)) continue;
             const glm::dvec3 centre = (box.min + box.max) * 0.5 - eye, half = (box.max - box.min) * 0.5;
-            glm::dmat4 rebased = asset_->instances[index].world_from_mesh;
+            glm::dmat4 rebased = places_.empty() ? asset_->instances[index].world_from_mesh : places_[index];
             rebased[3] -= glm::dvec4(eye, 0.0);  // in double
             const glm::mat4 rows = glm::mat4(glm::transpose(rebased));
             for (unsigned face = 0; face < 6; ++face) {
@@ -310,7 +329,7 @@ PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, con
         gl::make_buffer("draw instances", instances.size() * sizeof(layouts::DrawInstance), instances.data());
     glVertexArrayVertexBuffer(own.vertex_array.id(), 1, instance_buffer.id(), 0, sizeof(layouts::DrawInstance));
     glBindVertexArray(own.vertex_array.id());
-    if (cells) {
+    if (cells && places_.empty()) {
         static_assert(sizeof(Vertex) == sizeof(layouts::MeshVertex) && offsetof(Vertex, position) == 0);
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, own.vertices.id());
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, own.indices.id());
@@ -326,7 +345,7 @@ PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, con
         ++run.draws;
     };
     for (std::size_t g = 0; g < groups_.size(); ++g) draw_group(g, mode);
-    if (!cube && transmissive_) {
+    if (!cube && transmissive_ && places_.empty()) {
         begin_tints(emissive_);
         for (std::size_t g = 0; g < groups_.size(); ++g) {
             if (asset_->materials[groups_[g].material].transmissive()) draw_group(g, Mode::tint);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "server/gl/objects.h"
@@ -24,6 +25,10 @@ struct DrawGroup {
 class GpuScene {
 public:
     explicit GpuScene(std::shared_ptr<const SceneAsset> asset);
+    // Bodies of luminaires, for targets of `within`: each instance is nowhere until it is placed.
+    GpuScene(std::shared_ptr<const SceneAsset> asset, const GpuScene& within);
+    // Of bodies. world_from_mesh: of an instance; nothing: it is not there.
+    void place(std::size_t instance, const std::optional<glm::dmat4>& world_from_mesh);
 
     const SceneAsset& asset() const { return *asset_; }
     bool emissive() const { return emissive_; }
@@ -62,6 +67,7 @@ private:
     mutable std::unique_ptr<const Uploaded> uploaded_;
     std::vector<DrawGroup> groups_;
     std::vector<Bounds> bounds_;                 // per instance, world
+    std::vector<glm::dmat4> places_;             // likewise, world_from_mesh of bodies; else empty: the asset's
     std::vector<std::uint32_t> first_triangle_;  // likewise, among those of all instances
     bool emissive_ = false, detailed_ = false, transmissive_ = false;
     float near_m_ = 1e-4f;

@@ -339,12 +339,12 @@ struct Builder {
         const bool raster = (on_cpu || by_gl) && !in.clusters.empty();
         const std::string beside = by_gl ? "-cpu" : "";
         add(raster && on_cpu ? "gbuffer-gl" : "gbuffer", per_target(Slot::gbuffer), {},
-            {scene.geometry_rev, scene.camera_rev}, [context = context, metered = metered] {
+            {scene.geometry_rev, scene.camera_rev, context.bodies_stand}, [context = context, metered = metered] {
                 return metered ? run_meter_gbuffer(context) : run_gbuffer(context);
             });
         if (raster) {
             add_cpu("gbuffer" + beside, per_target(Slot::grid), {},
-                    {scene.geometry_rev, scene.camera_rev, in.quality_level},
+                    {scene.geometry_rev, scene.camera_rev, context.bodies_stand, in.quality_level},
                     [context = context, &screen] { return run_raster(context, screen.surfaces); });
         } else if (!metered && !seed) {
             add_cpu("gbuffer-readback", per_target(Slot::grid), {per_target(Slot::gbuffer)}, {in.quality_level},
@@ -524,8 +524,8 @@ glm::dvec3 PassContext::layer_weight(const Light& light) const {
 namespace {
 
 std::vector<std::uint64_t> direct_key(const FrameInputs& in, const Light& light) {
-    return {light.position_rev,    light.aim_rev,       light.profile_rev,
-            in.scene.geometry_rev, in.scene.camera_rev, in.quality_level};
+    return {light.position_rev,  light.aim_rev,   light.profile_rev, in.scene.geometry_rev,
+            in.scene.camera_rev, in.bodies_stand, in.quality_level};
 }
 
 }  // namespace
@@ -548,6 +548,7 @@ PassContext FrameInputs::context() const {
     context.layers_on_cpu = shades_on_cpu();
     context.gathers = gathers_by_gl();
     context.besides = has_besides();
+    if (meter != Meter::none) context.bodies = nullptr, context.bodies_stand = 0;
     context.openings = meter == Meter::none && scene.technique == Technique::standard && openings_in_view(scene, eye);
     return context;
 }

@@ -38,6 +38,7 @@ void Renderer::inspect_with(std::function<void(const Inspected&)> visit) {
 // Brings GPU objects in line with the scene: geometry, lights' maps, the live target.
 void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
     prepare_geometry(scene, live);
+    if (bodies_) bodies_->place(scene, traced_->origin());
     // Where shaders shade, rays want a G-buffer of the CPU's for what is summed and for what rests alone.
     prepare_drawn(direct_by_rays_ || refines_ || scene.lights.size() > kMostLayers);
     if (scene.technique == Technique::standard && bounces) prepare_transport(scene);
@@ -108,6 +109,7 @@ FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, Screen
                        layers_of(scene, target)};
     inputs.layers = inputs.layer_of;
     if (scene.technique == Technique::standard) inputs.haze = haze_of(scene, traced_->origin());
+    if (bodies_ && (inputs.bodies_stand = bodies_->in_view(eye)) != 0) inputs.bodies = bodies_.get();
     inputs.probes = &probes_;
     inputs.haze_points = &haze_points_;
     for (const Light& light : scene.lights) inputs.lights.push_back(&lights_.at(light.id));

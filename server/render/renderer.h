@@ -30,6 +30,7 @@ struct FrameInputs;
 struct Inspected;
 struct Merged;
 struct ScreenLight;
+class ShownBodies;
 struct Timers;
 namespace lighting {
 struct Clusters;
@@ -144,6 +145,7 @@ private:
     std::uint64_t generation_ = 0;                           // counts what it was
     lighting::Probes probes_;                                // of its surface; of haze
     lighting::HazePoints haze_points_;                       // likewise
+    std::unique_ptr<ShownBodies> bodies_;                    // null: the scene has none
     std::shared_ptr<const lighting::Drawn> drawn_;           // without clusters where GL draws the live G-buffer
     Pool pool_;
     PassCache pass_cache_;

@@ -1,5 +1,6 @@
 #include "server/scene/eye.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace gonio {
@@ -14,6 +15,14 @@ Eye eye_of(const Camera& camera, int width_px, int height_px) {
     eye.tan_half_y = std::tan(camera.fov_rad / 2);
     eye.tan_half_x = eye.tan_half_y * width_px / height_px;
     return eye;
+}
+
+bool may_see(const Eye& eye, const glm::dvec3& centre, double radius_m) {
+    const glm::dvec3 d = centre - eye.position;
+    const double distance = glm::length(d);
+    if (distance <= radius_m) return true;
+    const double angle = std::acos(std::clamp(glm::dot(d, eye.forward) / distance, -1.0, 1.0));
+    return angle <= std::atan(std::hypot(eye.tan_half_x, eye.tan_half_y)) + std::asin(radius_m / distance);
 }
 
 }  // namespace gonio

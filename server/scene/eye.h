@@ -20,4 +20,7 @@ inline glm::dvec3 ray_through(const Eye& eye, double x, double y) {
     return eye.forward + x * eye.tan_half_x * eye.right + y * eye.tan_half_y * eye.up;
 }
 
+// Whether a sphere (world, m) may be in the view: its cone's edge is that of the corners.
+bool may_see(const Eye& eye, const glm::dvec3& centre, double radius_m);
+
 }  // namespace gonio

@@ -32,6 +32,7 @@ class Geometry;
 namespace lighting {
 struct Drawn;
 }  // namespace lighting
+struct Bodies;
 struct LightTables;
 
 struct Bounds {
@@ -151,6 +152,7 @@ struct SceneAsset {
     std::vector<Image> images;
     std::vector<Instance> instances;
     std::vector<LightSeed> lights;
+    std::shared_ptr<const Bodies> bodies;       // of luminaires, body.h; null: there are none
     std::vector<Camera> cameras;                // may be empty: then one is framed from the bounds
     std::optional<double> exposure_ev100;       // that suits the scene, where its maker knows; else it is metered
     double scale = 1.0;                         // that its file was loaded with

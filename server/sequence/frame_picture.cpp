@@ -9,6 +9,7 @@
 #include "server/session/capture_file.h"
 #include "server/session/legend.h"
 #include "server/session/traced_capture.h"
+#include "server/trace/bodies.h"
 #include "server/trace/geometry.h"
 #include "server/trace/parallel.h"
 #include "shaders/lib/as_cpp.h"
@@ -66,11 +67,15 @@ void add_surface_layers(const Scene& scene, const Sequence& sequence, int width_
 // "1 floor", a line each.
 std::string nodes_of(const SceneAsset& asset) {
     std::string text;
-    for (std::size_t i = 0; i < asset.instances.size(); ++i) {
-        const std::string line = std::to_string(i + 1) + " " + asset.instances[i].node + "\n";
-        if (text.size() + line.size() > kMostIdBytes) break;
-        text += line;
-    }
+    std::size_t id = 0;
+    const auto add = [&](const std::vector<Instance>& instances) {
+        for (const Instance& instance : instances) {
+            const std::string line = std::to_string(++id) + " " + instance.node + "\n";
+            if (text.size() + line.size() <= kMostIdBytes) text += line;
+        }
+    };
+    add(asset.instances);
+    if (asset.bodies) add(asset.bodies->shown.instances);
     return text;
 }
 
@@ -208,6 +213,7 @@ SurfaceLayers surface_layers(const Scene& scene, int width_px, int height_px) {
     const auto geometry = trace::geometry_of(scene);
     const Eye eye = eye_of(scene.camera, width_px, height_px);
     const glm::vec3 from = geometry->local(eye.position);
+    const auto bodies = trace::body_geometry(body_places(scene), *geometry);
     const auto pixels = static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
     SurfaceLayers layers{std::vector<float>(pixels), std::vector<float>(3 * pixels), std::vector<float>(pixels)};
     trace::parallel(height_px, 0, false, {}, [&](int y) {
@@ -215,14 +221,17 @@ SurfaceLayers surface_layers(const Scene& scene, int width_px, int height_px) {
             const glm::dvec3 ray =
                 ray_through(eye, (x + 0.5) / width_px * 2.0 - 1.0, 1.0 - (y + 0.5) / height_px * 2.0);
             const double length = glm::length(ray);  // the ray is one metre deep
-            trace::SurfaceHit hit;
-            if (!geometry->closest(from, glm::vec3(ray / length), 0.0f, true, hit, trace::Geometry::kDice - 1))
+            trace::SeenHit hit;
+            if (!trace::closest_seen(*geometry, bodies.get(), from, glm::vec3(ray / length), hit,
+                                     trace::Geometry::kDice - 1))
                 continue;
             const std::size_t at =
                 static_cast<std::size_t>(y) * static_cast<std::size_t>(width_px) + static_cast<std::size_t>(x);
             layers.depth_m[at] = static_cast<float>(static_cast<double>(hit.distance) / length);
             for (int k = 0; k < 3; ++k) layers.normal[3 * at + static_cast<std::size_t>(k)] = hit.normal[k];
-            layers.id[at] = static_cast<float>(hit.instance + 1);
+            const std::size_t own = hit.part < 0 ? static_cast<std::size_t>(hit.instance)
+                                                 : scene.asset->instances.size() + static_cast<std::size_t>(hit.part);
+            layers.id[at] = static_cast<float>(own + 1);
         }
     });
     return layers;

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "server/scene/eye.h"
-#include "server/trace/geometry.h"
+#include "server/trace/bodies.h"
 #include "server/trace/sources.h"
 
 namespace gonio {
@@ -26,8 +26,10 @@ Result<Picked> pick_at(const Scene& scene, const v1::PickQuery& query) {
     const glm::dvec3 along = glm::normalize(ray_through(eye, 2.0 * query.x() - 1.0, 1.0 - 2.0 * query.y()));
     Picked picked;
     picked.pick.set_scene_rev(scene.scene_rev);
-    trace::SurfaceHit hit;
-    if (!geometry->closest(from, glm::vec3(along), 0.0f, true, hit, trace::Geometry::kDice / 2)) return picked;
+    const auto bodies = trace::body_geometry(body_places(scene), *geometry, trace::WorldRay{eye.position, along});
+    trace::SeenHit hit;
+    if (!trace::closest_seen(*geometry, bodies.get(), from, glm::vec3(along), hit, trace::Geometry::kDice / 2))
+        return picked;
     picked.point = {geometry->origin() + glm::dvec3(hit.position), glm::dvec3(hit.normal)};
     picked.reflectance = hit.albedo * hit.tint;
     picked.emission_nit = hit.emission * hit.tint;
@@ -37,7 +39,7 @@ Result<Picked> pick_at(const Scene& scene, const v1::PickQuery& query) {
         picked.pick.add_normal(picked.point.normal[k]);
     }
     picked.pick.set_distance_m(static_cast<double>(hit.distance));
-    const SceneAsset& asset = geometry->asset();
+    const SceneAsset& asset = hit.part < 0 ? geometry->asset() : bodies->geometry->asset();
     const Instance& instance = asset.instances.at(static_cast<std::size_t>(hit.instance));
     picked.pick.set_node(instance.node);
     const auto material = static_cast<std::size_t>(asset.meshes.at(static_cast<std::size_t>(instance.mesh)).material);

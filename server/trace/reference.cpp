@@ -8,6 +8,7 @@
 
 #include "server/base/clock.h"
 #include "server/scene/eye.h"
+#include "server/trace/bodies.h"
 #include "server/trace/cylinder.h"
 #include "server/trace/denoise.h"
 #include "server/trace/haze_path.h"
@@ -74,6 +75,7 @@ std::shared_ptr<const World> make_world(const Scene& scene, const World* previou
     } else {
         world->geometry = geometry_of(scene);
     }
+    world->bodies = body_places(scene);
     if (scene.emission_hidden)
         world->emitters = no_emitters(world->geometry->asset());
     else if (world->emitters.empty())
@@ -174,6 +176,7 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
 
 struct Picture::Data {
     std::shared_ptr<const World> world;
+    std::shared_ptr<const BodyGeometry> bodies;  // null: there are none
     PictureRequest request;
     Settings settings;
     Eye eye;
@@ -214,15 +217,17 @@ struct Picture::Data {
         const glm::vec3 direction(
             glm::normalize(ray_through(eye, x / request.width_px * 2.0 - 1.0, 1.0 - y / request.height_px * 2.0)));
         Pixel pixel;
-        SurfaceHit hit;
-        pixel.hit = world->geometry->closest(world->geometry->local(eye.position), direction, 0.0f, true, hit, dice);
+        SeenHit hit;
+        pixel.hit =
+            closest_seen(*world->geometry, bodies.get(), world->geometry->local(eye.position), direction, hit, dice);
         pixel.along = direction;
         if (hazy() && pixel.hit) {
             pixel.far = hit.distance;
             pixel.passed = static_cast<float>(
                 transmittance(world->haze, glm::dvec3(world->geometry->local(eye.position)), glm::dvec3(hit.position)));
         }
-        const glm::vec3 seen = openings_at(direction, pixel.hit ? static_cast<double>(hit.distance) : 1e30);
+        // Light of an opening comes from within its own body, which does not hide it.
+        const glm::vec3 seen = openings_at(direction, std::min(static_cast<double>(hit.surface_m), 1e30));
         pixel.shines = !pixel.hit && seen != glm::vec3(0.0f);
         pixel.opening = seen;
         if (!pixel.hit) {
@@ -389,6 +394,7 @@ Picture::Picture(std::shared_ptr<const World> world, const PictureRequest& reque
     : data_(new Data) {
     Data& d = *data_;
     d.world = std::move(world);
+    d.bodies = body_geometry(d.world->bodies, *d.world->geometry);
     d.request = request;
     d.settings = settings;
     d.eye = eye_of(request.camera, request.width_px, request.height_px);

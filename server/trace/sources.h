@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "server/scene/body.h"
 #include "server/scene/haze.h"
 #include "server/scene/light_tables.h"
 #include "server/trace/geometry.h"
@@ -80,7 +81,8 @@ struct World {
     std::vector<Luminaire> luminaires;
     std::vector<double> running;  // running sums of the luminaires' power; luminaires.size() + 1
     Emitters emitters;
-    Haze haze;  // local coordinates
+    Haze haze;          // local coordinates
+    BodyPlaces bodies;  // that viewers see
 
     // Result: whether their direct light is exact without sampling.
     bool all_points() const {

@@ -25,6 +25,13 @@ void main() {
     out_surfel = GONIO_NO_SURFEL;
     uvec2 words = texelFetch(gbuffer_cell, pixel, 0).xy;
     if (words.x == 0u) return;
+    if ((words.x & GONIO_BODY) != 0u) {  // its six sides (server/lighting/body_sides.h)
+        out_surfel = surfel_count + (words.x & ~GONIO_BODY);
+        vec3 n = surface_at(pixel).normal;
+        for (uint k = 0u; k < 3u; ++k)
+            set_weight(out_weights, 2u * k + (n[k] < 0.0 ? 1u : 0u), uint(n[k] * n[k] * 255.0 + 0.5));
+        return;
+    }
     uint own = surfel_at(unpack_triangle_point(words));
     if (own >= surfel_count) return;
     out_surfel = own;

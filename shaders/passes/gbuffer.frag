@@ -13,7 +13,12 @@ layout(location = 2) out vec4 out_emissive;  // cd/m²
 layout(location = DETAIL) out vec2 out_detail;  // as out_normal, normal maps included
 #endif
 #ifdef CELLS
+#ifdef BODY
+#include "shared/layouts.h"
+flat in uint first_triangle;  // which part of a body it is
+#else
 #include "lib/cell.glsl"
+#endif
 layout(location = CELLS) out uvec2 out_cell;
 #endif
 void main() {
@@ -43,7 +48,11 @@ void main() {
 #endif
     out_emissive = vec4(emitted, 1.0);
 #endif
+#ifdef BODY
 #ifdef CELLS
+    out_cell = uvec2(GONIO_BODY | first_triangle, 0u);
+#endif
+#elif defined(CELLS)
     out_cell = cell_of_fragment();
 #endif
 }

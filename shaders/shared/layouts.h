@@ -105,6 +105,7 @@ GONIO_FUNCTION uint web_ratios(WebHeader web) {
 #define GONIO_AROUND 16u  // surfels around a surfel
 #define GONIO_MAX_LAYERS 64
 #define GONIO_NO_SURFEL 65535u
+#define GONIO_BODY 0x80000000u  // of what a pixel shows: a part of a luminaire's body
 #define GONIO_NO_PIXEL 65535u
 #define GONIO_MAX_SEED_DIRECTIONS 4096
 

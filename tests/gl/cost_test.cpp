@@ -8,6 +8,7 @@
 #include "protocol/schema/gonio.pb.h"
 #include "server/assets/assets.h"
 #include "server/scene/strobe.h"
+#include "tests/gl/body_scene.h"
 #include "tests/gl/test_context.h"
 
 namespace gonio::test {
@@ -47,6 +48,10 @@ protected:
     }
     static std::shared_ptr<const SceneAsset> asset(const std::string& name) {
         static std::map<std::string, std::shared_ptr<const SceneAsset>> made;
+        if (!made[name] && name == "body") {
+            const auto bare = of_points(**load_scene("cornell"));
+            made[name] = with_box_body(*bare, 0.5 * (bare->bounds.min + bare->bounds.max), 0.6);
+        }
         if (!made[name]) made[name] = of_points(**load_scene(name));
         return made[name];
     }
@@ -490,6 +495,55 @@ protected:
     CostOfTwo() : Cost(Case{"cornell", 2}) {}
 };
 INSTANTIATE_TEST_SUITE_P(Cornell, CostOfTwo, testing::Values(Case{}));
+
+// Two luminaires, the first of which has a body in view.
+class CostOfBodies : public Cost {
+protected:
+    CostOfBodies() : Cost(Case{"body", 2}) {}
+    void turn(std::size_t light, double tilt_rad) {
+        set(scene.lights[light].name, [&](v1::SetLight& set) { set.set_tilt_rad(tilt_rad); });
+    }
+};
+INSTANTIATE_TEST_SUITE_P(Cornell, CostOfBodies, testing::Values(Case{}));
+
+TEST_P(CostOfBodies, WhatMovesNoBodyCostsWhatItDoesWithoutOne) {
+    EXPECT_EQ(only_frame(), Ran{});
+    set(scene.lights[0].name, [](v1::SetLight& light) { light.set_level_ratio(0.5); });
+    EXPECT_EQ(only_frame(), picture_of());
+    turn(1, 0.1);
+    EXPECT_EQ(moving_frame(), picture_of(of(own, {"surfels", "solve", "direct", "gather"})));
+    change([](v1::Command& c) { c.mutable_set_exposure()->set_ev100(7.3); });
+    EXPECT_EQ(only_frame(), picture_of());
+}
+
+TEST_P(CostOfBodies, ItsAimRunsWhatTheCameraRuns) {
+    const std::string first = scene.lights[0].name;
+    turn(0, 0.1);
+    Ran expected = picture_of(surfaces());
+    if (merges()) {
+        expected = both(expected, {"surfels:" + first, "merge", "direct", "solve", "gather"});
+    } else {
+        expected.insert({"surfels:" + first, "solve:" + first});
+        for (const Light& light : scene.lights) expected = both(expected, of(light.name, {"direct", "gather"}));
+    }
+    EXPECT_EQ(frame(), expected);
+    EXPECT_FALSE(settled);
+    while (!settled) EXPECT_FALSE(frame().contains("gbuffer")) << "it rests";
+    EXPECT_EQ(only_frame(), Ran{});
+    set(first, [](v1::SetLight& light) { light.set_level_ratio(0.5); });
+    EXPECT_EQ(only_frame(), picture_of());
+}
+
+TEST_P(CostOfBodies, OutOfViewItCostsNothing) {
+    change([&](v1::Command& c) {
+        const glm::dvec3 away = 2.0 * scene.camera.eye - scene.camera.target;
+        for (double x : {away.x, away.y, away.z}) c.mutable_set_camera()->add_target_m(x);
+    });
+    settle();
+    own = scene.lights[0].name;
+    turn(0, 0.1);
+    EXPECT_EQ(moving_frame(), picture_of(of(own, {"surfels", "solve", "direct", "gather"})));
+}
 
 TEST_P(CostOfTwo, TheSeedTechniqueRecomputesEverything) {
     change([](v1::Command& c) {

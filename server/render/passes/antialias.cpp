@@ -8,7 +8,7 @@ namespace {
 
 // What edges depend on.
 std::vector<std::uint64_t> edges_key(const PassContext& context) {
-    return {context.scene.geometry_rev, context.scene.camera_rev};
+    return {context.scene.geometry_rev, context.scene.camera_rev, context.bodies_stand};
 }
 
 SlotRef edges_slot(const PassContext& context) {
@@ -37,12 +37,12 @@ PassRun run_antialias(const PassContext& context, ScreenLight& screen) {
     lighting::look_through(context.eye, context.traced, context.geometry.near_m(), context.target.width_px,
                            context.target.height_px, centres);
     lighting::draw_gbuffer(context.clusters, context.material_table, context.target.emissive, centres, raster,
-                           context.pool);
+                           context.pool, {}, context.posed_bodies());
     const lighting::GBuffer& lit = screen.surfaces.gbuffer;  // GL's: two rasterisers differ at edges
     lighting::mark_others(lit, centres, raster, context.pool);
     lighting::EdgeSamples samples;
     while (!lighting::add_edge_sample(context.clusters, context.material_table, context.target.emissive, lit, raster,
-                                      context.samples_per_pixel, samples, context.pool)) {
+                                      context.samples_per_pixel, samples, context.pool, context.posed_bodies())) {
     }
     screen.surfaces.edges = lighting::edges_of(context.samples_per_pixel, samples, context.pool);
     return {0, context.samples_per_pixel + 1};
@@ -61,7 +61,7 @@ bool continue_antialias(const PassContext& context, ScreenLight& screen, const s
     Surfaces& surfaces = screen.surfaces;
     while (!lighting::add_edge_sample(context.clusters, context.material_table, context.target.emissive,
                                       surfaces.gbuffer, surfaces.raster, context.samples_per_pixel, screen.edge_samples,
-                                      context.pool)) {
+                                      context.pool, context.posed_bodies())) {
         if (interrupted()) return false;
     }
     surfaces.edges = lighting::edges_of(context.samples_per_pixel, screen.edge_samples, context.pool);

@@ -72,8 +72,10 @@ lighting::GatherSource source_of(const PassContext& context, const Receiver& fro
     // Of what the air scatters, the part that `besides` has not.
     const auto add_haze = [&](float part) {
         if (irradiance.haze.empty() || !(part > 0.0f)) return;
-        const lighting::Planes haze =
-            lighting::irradiance_at_grid(surfaces.grid, weights, irradiance.haze, context.pool);
+        std::span<const glm::vec4> scattered = irradiance.haze;
+        std::vector<glm::vec4> with_bodies;  // they have none of it
+        if (shows_bodies(context)) scattered = with_bodies = context.bodies->sides().with_sides(scattered, {});
+        const lighting::Planes haze = lighting::irradiance_at_grid(surfaces.grid, weights, scattered, context.pool);
         if (source.besides.empty()) source.besides.assign(haze.size(), std::vector<float>(haze[0].size(), 0.0f));
         for (std::size_t k = 0; k < haze.size(); ++k)
             for (std::size_t p = 0; p < haze[k].size(); ++p) source.besides[k][p] += part * haze[k][p];
@@ -81,8 +83,10 @@ lighting::GatherSource source_of(const PassContext& context, const Receiver& fro
     const LightGpu* gpu = exact && from.besides == nullptr ? lights[from.light] : nullptr;
     const bool by_vpls = gpu != nullptr && irradiance.narrow > 0.0f && gpu->has_exact();
     if (irradiance.narrow > 0.0f) {  // few links would meet where it comes from
-        source.besides = lighting::irradiance_at_grid(surfaces.grid, weights,
-                                                      by_vpls ? gpu->exact.by_vpls : irradiance.first, context.pool);
+        std::span<const glm::vec4> first = by_vpls ? gpu->exact.by_vpls : irradiance.first;
+        std::vector<glm::vec4> with_bodies;
+        if (shows_bodies(context)) first = with_bodies = at_bodies(context, first, irradiance, false);
+        source.besides = lighting::irradiance_at_grid(surfaces.grid, weights, first, context.pool);
         for (std::vector<float>& plane : source.besides) {
             for (float& value : plane) value *= irradiance.narrow;
         }

@@ -17,15 +17,19 @@ static_assert(GONIO_AROUND == transport::kNeighbours && sizeof(layouts::CellTria
 void upload_surfels(const PassContext& context, OnGpu& own) {
     const transport::Transport& transport = *context.transport;
     const transport::Surfels& surfels = transport.surface->surfels;
-    if (own.surface != transport.surface) {
+    if (own.surface != transport.surface || (context.bodies != nullptr && !own.bodies)) {
         own.surface = transport.surface;
         std::vector<layouts::SurfelDisc> discs;
         for (std::size_t i = 0; i < surfels.count; ++i)
             discs.push_back({glm::vec4(surfels.position(i), 0.0f), glm::vec4(surfels.normal(i), 0.0f)});
         discs.push_back({glm::vec4(0.0f), glm::vec4(0.0f)});
         own.surfels = gl::make_buffer("surfels", discs.size() * sizeof discs[0], discs.data());
-        own.around =
-            gl::make_buffer("surfels around", surfels.count * sizeof(surfels.neighbours[0]), surfels.neighbours.data());
+        auto around = surfels.neighbours;
+        if (context.bodies != nullptr)
+            for (std::size_t part = 0; part < context.bodies->sides().parts(); ++part)
+                around.push_back(context.bodies->sides().around(part));
+        own.bodies = around.size() > surfels.count;
+        own.around = gl::make_buffer("surfels around", around.size() * sizeof(around[0]), around.data());
     }
     if (own.cells != transport.cells) {
         own.cells = transport.cells;
@@ -61,6 +65,7 @@ void draw_irradiance(const PassContext& context, const OnGpu& on_gpu, GLuint fra
 
 PassRun run_gather_weights_gl(const PassContext& context, OnGpu& own) {
     if (!context.has_surfels()) return {};
+    if (context.bodies != nullptr) context.bodies->find_sides(context.transport->surface, context.pool);
     upload_surfels(context, own);
     const Target& target = context.target;
     const transport::Surfels& surfels = context.transport->surface->surfels;
@@ -80,7 +85,11 @@ PassRun run_gather_weights_gl(const PassContext& context, OnGpu& own) {
 PassRun run_gather_gl(const PassContext& context, const LightGpu& gpu, int layer, const OnGpu& on_gpu) {
     const GLuint framebuffer = layer_framebuffer(context.target, context.target.indirect.id(), layer);
     transport::Table table;
-    if (context.has_surfels()) transport::make_table(gpu.irradiance.indirect, table, context.pool);
+    const std::vector<glm::vec4>& indirect = gpu.irradiance.indirect;
+    if (shows_bodies(context) && !indirect.empty())
+        transport::make_table(at_bodies(context, indirect, gpu.irradiance, true), table, context.pool);
+    else if (context.has_surfels())
+        transport::make_table(indirect, table, context.pool);
     if (!(table.unit > 0.0f)) {
         const float black[4] = {};
         glClearNamedFramebufferfv(framebuffer, GL_COLOR, 0, black);
@@ -111,9 +120,15 @@ PassRun run_besides(const PassContext& context, const lighting::GBuffer& s, cons
             float unit_lx;
         };
         std::vector<Drawn> drawn;
-        const auto draw = [&](const std::vector<glm::vec4>& at_surfels, float unit_lx) {
+        const auto draw = [&](const transport::Irradiance& light_of, float unit_lx) {
             Drawn one;
-            transport::make_table(at_surfels, one.table, context.pool);
+            const std::vector<glm::vec4>& at_surfels = part == 0 ? light_of.direct : light_of.indirect;
+            if (!shows_bodies(context) || at_surfels.empty())
+                transport::make_table(at_surfels, one.table, context.pool);
+            else if (part == 0)
+                transport::make_table(context.bodies->sides().with_emitted(at_surfels), one.table, context.pool);
+            else
+                transport::make_table(at_bodies(context, at_surfels, light_of, true), one.table, context.pool);
             one.unit_lx = one.table.unit * unit_lx;
             if (!(one.unit_lx > 0.0f)) return;
             greatest_lx += 1000.0f * one.unit_lx;  // of a table, and so of what is blended from it
@@ -124,7 +139,7 @@ PassRun run_besides(const PassContext& context, const lighting::GBuffer& s, cons
             const std::vector<std::uint16_t>& pixels = besides.pixels[part];
             if (!(besides.unit_lx[part] > 0.0f)) return;
             if (context.gathers && pixels.empty()) {
-                draw(part == 0 ? irradiance.direct : irradiance.indirect, unit_lx);
+                draw(irradiance, unit_lx);
                 return;
             }
             if (gain > 0.0f) stored.push_back({&besides, gain * besides.unit_lx[part]});
@@ -132,7 +147,7 @@ PassRun run_besides(const PassContext& context, const lighting::GBuffer& s, cons
         if (!context.scene.emission_hidden) add(light.emitted, 1.0f, emitted, 1.0f);
         add(light.summed, master, light.summed_list.irradiance, master * light.summed.unit_lx[1]);
         if (context.merged && part == 1)
-            draw(light.merged.irradiance.indirect, light.merged.reference / context.geometry.layer_unit_m2());
+            draw(light.merged.irradiance, light.merged.reference / context.geometry.layer_unit_m2());
         if (stored.size() == 1 && drawn.empty() && stored[0].besides->precise[part].empty()) {  // as it is
             units_lx[part] = stored[0].unit_lx;
             upload(context.target.besides, s, part, GL_RGBA, GL_HALF_FLOAT, stored[0].besides->pixels[part].data());

@@ -39,8 +39,11 @@ PassRun run_gbuffer(const PassContext& context) {
     if (target.cell) glClearNamedFramebufferuiv(target.gbuffer.id(), GL_COLOR, target.emissive ? 3 : 2, none);
     glClearNamedFramebufferfv(target.gbuffer.id(), GL_DEPTH, 0, zero);
     const auto mode = target.cell ? GpuScene::Mode::gbuffer_cells : GpuScene::Mode::gbuffer;
-    return context.geometry.draw(mode, context.programs, context.eye.position,
-                                 clip_from_local(context.eye, context.geometry.near_m()), 1);
+    const glm::mat4 clip = clip_from_local(context.eye, context.geometry.near_m());
+    PassRun run = context.geometry.draw(mode, context.programs, context.eye.position, clip, 1);
+    if (context.bodies != nullptr)
+        run.draws += context.bodies->gpu().draw(mode, context.programs, context.eye.position, clip, 1).draws;
+    return run;
 }
 
 PassRun run_meter_gbuffer(const PassContext& context) {

@@ -116,9 +116,28 @@ PassRun run_gather_weights(const PassContext& context, const Surfaces& surfaces,
         return {};
     }
     const bool drawn_here = (context.layers_on_cpu || context.gathers) && !context.clusters.empty();
+    std::optional<lighting::BodiesAround> bodies;
+    if (context.bodies != nullptr) {
+        context.bodies->find_sides(context.transport->surface, context.pool);
+        bodies.emplace(context.bodies->posed(), context.bodies->sides());
+    }
     lighting::find_surfels(surfaces.gbuffer, drawn_here ? &surfaces.raster : nullptr, context.material_table,
-                           surfaces.grid, *context.transport, weights, context.pool);
+                           bodies ? &*bodies : nullptr, surfaces.grid, *context.transport, weights, context.pool);
     return {};
+}
+
+bool shows_bodies(const PassContext& context) {
+    return context.bodies != nullptr && context.has_surfels() && !context.bodies->sides().empty();
+}
+
+std::vector<glm::vec4> at_bodies(const PassContext& context, std::span<const glm::vec4> surfels,
+                                 const transport::Irradiance& light, bool bounced) {
+    std::vector<glm::vec4> sent;
+    if (!light.direct.empty())
+        transport::radiosity(context.transport->surface->surfels, 1.0f, light.direct,
+                             bounced ? std::span<const glm::vec4>(light.indirect) : std::span<const glm::vec4>(), sent,
+                             context.pool);
+    return context.bodies->sides().with_sides(surfels, sent);
 }
 
 bool first_bounce_left(const PassContext& context, const LightGpu& gpu) {
@@ -205,6 +224,9 @@ lighting::Planes gathered(const PassContext& context, const Surfaces& surfaces, 
     std::span<const glm::vec4> surfels;
     if (context.has_surfels() && !light.indirect.empty() && context.bounces != 0)
         surfels = context.bounces == 1 ? light.first : light.indirect;
+    std::vector<glm::vec4> with_bodies;
+    if (!surfels.empty() && shows_bodies(context))
+        surfels = with_bodies = at_bodies(context, surfels, light, context.bounces != 1);
     return lighting::irradiance_at_grid(surfaces.grid, weights, surfels, context.pool);
 }
 
@@ -239,9 +261,14 @@ PassRun run_gather_emitted(const PassContext& context, const Surfaces& surfaces,
             emitted.pixels[part].clear();
             continue;
         }
-        lighting::Planes planes =
-            part != 0 ? gathered(context, surfaces, weights, light)
-                      : lighting::irradiance_at_grid(surfaces.grid, weights, light.direct, context.pool);
+        lighting::Planes planes;
+        if (part != 0)
+            planes = gathered(context, surfaces, weights, light);
+        else if (shows_bodies(context) && !light.direct.empty())
+            planes = lighting::irradiance_at_grid(surfaces.grid, weights,
+                                                  context.bodies->sides().with_emitted(light.direct), context.pool);
+        else
+            planes = lighting::irradiance_at_grid(surfaces.grid, weights, light.direct, context.pool);
         float greatest = 0.0f;
         for (const auto& plane : planes) greatest = std::max(greatest, *std::max_element(plane.begin(), plane.end()));
         emitted.unit_lx[part] = greatest / 1000.0f;  // half floats hold the rest to 2^-24 of it

@@ -36,8 +36,9 @@ void set_grid(const PassContext& context, Surfaces& surfaces) {
 
 PassRun run_raster(const PassContext& context, Surfaces& surfaces) {
     set_view(context, surfaces.gbuffer);
-    const unsigned drawn = lighting::draw_gbuffer(context.clusters, context.material_table, context.target.emissive,
-                                                  surfaces.gbuffer, surfaces.raster, context.pool);
+    const unsigned drawn =
+        lighting::draw_gbuffer(context.clusters, context.material_table, context.target.emissive, surfaces.gbuffer,
+                               surfaces.raster, context.pool, {}, context.posed_bodies());
     set_grid(context, surfaces);
     return {0, drawn};
 }

@@ -17,15 +17,8 @@ bool has_opening(const Light& light) {
 }
 
 bool openings_in_view(const Scene& scene, const Eye& eye) {
-    const double half = std::atan(std::hypot(eye.tan_half_x, eye.tan_half_y));
     return std::any_of(scene.lights.begin(), scene.lights.end(), [&](const Light& light) {
-        if (!has_opening(light)) return false;
-        const double radius = glm::length(half_sides(opening_of(light)));
-        const glm::dvec3 d = light.position - eye.position;
-        const double distance = glm::length(d);
-        if (distance <= radius) return true;
-        const double angle = std::acos(std::clamp(glm::dot(d, eye.forward) / distance, -1.0, 1.0));
-        return angle <= half + std::asin(radius / distance);
+        return has_opening(light) && may_see(eye, light.position, glm::length(half_sides(opening_of(light))));
     });
 }
 
@@ -33,7 +26,8 @@ PassRun run_openings(const PassContext& context, const Surfaces& surfaces, std::
     std::vector<trace::Luminaire> luminaires;
     for (const Light& light : context.scene.lights)
         if (has_opening(light)) luminaires.push_back(trace::luminaire_of(light, context.traced));
-    seen = lighting::see_openings(luminaires, surfaces.gbuffer, context.traced, context.pool);
+    seen =
+        lighting::see_openings(luminaires, surfaces.gbuffer, context.traced, context.bodies != nullptr, context.pool);
     return {};
 }
 

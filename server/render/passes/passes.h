@@ -15,6 +15,7 @@
 #include "server/render/passes/screen_light.h"
 #include "server/render/programs.h"
 #include "server/render/quality_level.h"
+#include "server/render/shown_bodies.h"
 #include "server/render/target.h"
 #include "server/scene/haze.h"
 #include "server/scene/scene.h"
@@ -51,9 +52,12 @@ struct PassContext {
     // By id of a light with a layer: its weight in the sum, which it is still in, though its level has changed since.
     // Null: none is.
     const std::map<std::uint32_t, glm::dvec3>* in_sum = nullptr;
+    ShownBodies* bodies = nullptr;                // that may be in view; null: none are
+    std::uint64_t bodies_stand = 0;               // a number that tells where; 0: none are
     Haze haze;                                    // local coordinates; of the seed technique none
     lighting::Probes* probes = nullptr;           // of all targets
     lighting::HazePoints* haze_points = nullptr;  // likewise
+    const lighting::PosedBodies* posed_bodies() const { return bodies != nullptr ? &bodies->posed() : nullptr; }
     // Whether there are surfels to gather light from.
     bool has_surfels() const { return transport != nullptr && transport->surface->surfels.count > 0; }
     // Result: the weight of its layer; and in the sum, which the master dims as a whole.
@@ -94,6 +98,11 @@ PassRun run_grid(const PassContext& context, Surfaces& surfaces);
 // Direct light of a luminaire at the transport's surfels; every bounce among them.
 PassRun run_surfels(const PassContext& context, const Light& light, LightGpu& gpu);
 PassRun run_solve(const PassContext& context, LightGpu& gpu, const lighting::GridWeights& weights);
+// Whether the grid's points, or the pixels where shaders gather, show bodies.
+bool shows_bodies(const PassContext& context);
+// Result: the values by surfel, and of the sides of bodies what the light brings them after one bounce, or after all.
+std::vector<glm::vec4> at_bodies(const PassContext& context, std::span<const glm::vec4> surfels,
+                                 const transport::Irradiance& light, bool bounced);
 // How the grid's points see the surfels; how the pixels do, by shader.
 PassRun run_gather_weights(const PassContext& context, const Surfaces& surfaces, lighting::GridWeights& weights);
 PassRun run_gather_weights_gl(const PassContext& context, OnGpu& on_gpu);

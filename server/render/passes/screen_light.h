@@ -100,6 +100,7 @@ struct OnGpu {
     std::shared_ptr<const transport::Transport::Surface> surface;
     std::shared_ptr<const transport::CellMap::Table> cells;
     gl::Buffer surfels, around, triangle_buffer, cell_buffer;
+    bool bodies = false;  // `around` goes on with their parts
 };
 
 // Surfaces::edges as the composite's shader reads them; albedo and emission in place of the target's.
