@@ -98,6 +98,7 @@ public:
         const std::string uuid = uuid_of("light " + light.name);
         glm::dmat4 place = glm::translate(glm::dmat4(1.0), light.position);
         // A fixture's own axes are Z up: its beam goes along -Z, and C0 is +X.
+        if (patch.swings) place = place * glm::mat4_cast(light.world_from_mount);
         if (!patch.swings) place = place * glm::mat4_cast(light.world_from_light) * z_up_from_y_up();
         const std::string focus = patch.swings ? add_focus(light) : std::string();
         const auto node = add_node(lights_, "Fixture", {{"name", light.name}, {"uuid", uuid}});

@@ -110,7 +110,8 @@ BodyMount mount_of(const SceneAsset& scene, const glm::dmat4& world_from_fixture
     } else if (light.axes) {
         const double pan = light.axes->pan_offset_rad;
         const glm::dvec3 last = glm::dmat3(mount.world_from_fixture) * mount.joints.back().axis;
-        mount.side = glm::dot(last, glm::dvec3(std::cos(pan), 0.0, -std::sin(pan))) < 0.0 ? -1.0 : 1.0;
+        mount.side =
+            glm::dot(last, seed.world_from_mount * glm::dvec3(std::cos(pan), 0.0, -std::sin(pan))) < 0.0 ? -1.0 : 1.0;
     }
     return mount;
 }

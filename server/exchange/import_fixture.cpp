@@ -253,6 +253,7 @@ std::optional<Error> add_beams(ShowImport& import, const Placed& placed, const g
             with_gobos(import, light.profile, type, gobo_channel(import, index_of(import, mode), beam).wheel);
         glm::dmat4 world_from_beam = placed.world_from_fixture * state.fixture_from_beam;
         const auto axes = add_patch_rows(import, beam);
+        if (axes) light.world_from_mount = axes->world_from_mount;
         const bool swings = axes && geometry.parent >= 0;
         if (swings && states.size() > 1)
             import.report.add(Outcome::guessed, "several beams of a head that swings stay where they are at home",

@@ -106,6 +106,7 @@ struct FixtureBeam {
 // How a console's pan and tilt become the light's: pan_rad = offset + sign · GDTF's, likewise tilt.
 struct HeadAxes {
     double pan_offset_rad = 0.0, pan_sign = 1.0, tilt_offset_rad = 0.0, tilt_sign = 1.0;
+    glm::dquat world_from_mount{1.0, 0.0, 0.0, 0.0};  // Light::world_from_mount
 };
 // Adds the rows that drive the light: level, red, green and blue, shutter, strobe, zoom, gobo, pan and tilt. Result:
 // the axes where pan or tilt is driven.

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "protocol/text/shortened_text.h"
+#include "server/exchange/axes.h"
 #include "server/exchange/import_parts.h"
 #include "server/scene/white.h"
 
@@ -261,9 +262,13 @@ std::optional<HeadAxes> add_patch_rows(ShowImport& import, const FixtureBeam& be
     auto& directions = index.directions[{beam.fixture.invert_pan, beam.fixture.invert_tilt}];
     if (directions.empty())
         directions = head_directions(beam.type, beam.mode, beam.fixture.invert_pan, beam.fixture.invert_tilt);
-    const auto axes = head_axes(directions, beam.geometry, beam.world_from_fixture, pan.patched != nullptr);
+    auto axes = head_axes(directions, beam.geometry, beam.world_from_fixture, pan.patched != nullptr);
+    if (!axes) {  // it is mounted on its side: its pan and tilt are those of one that hangs, turned as a whole
+        axes = head_axes(directions, beam.geometry, y_up_from_z_up(), pan.patched != nullptr);
+        if (axes) axes->world_from_mount = turn_of(beam.world_from_fixture * z_up_from_y_up());
+    }
     if (!axes) {
-        import.report.add(Outcome::left_out, "pan and tilt of a fixture that neither hangs nor stands upright",
+        import.report.add(Outcome::left_out, "pan and tilt of a fixture whose axes are no tilt below a pan",
                           beam.light);
         return std::nullopt;
     }

@@ -371,6 +371,7 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
         light.name = seed.name;
         light.position = seed.position;
         light.world_from_light = glm::normalize(seed.world_from_light);
+        light.world_from_mount = seed.world_from_mount;
         take_angles(light);
         light.profile = seed.profile;
         light.sun = seed.sun;

@@ -13,7 +13,7 @@
 namespace gonio {
 
 void take_angles(Light& light) {
-    const PanTiltRoll angles = angles_of(light.world_from_light);
+    const PanTiltRoll angles = angles_of(glm::inverse(light.world_from_mount) * light.world_from_light);
     light.pan_rad = angles.pan_rad;
     light.tilt_rad = angles.tilt_rad;
     light.roll_rad = angles.roll_rad;
@@ -78,7 +78,8 @@ void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Lo
         }
     }
     if (turns && light.aim_rev == scene.scene_rev + 1)  // the angles that it had turn nothing, not by a last bit either
-        light.world_from_light = orientation_of({light.pan_rad, light.tilt_rad, light.roll_rad});
+        light.world_from_light =
+            light.world_from_mount * orientation_of({light.pan_rad, light.tilt_rad, light.roll_rad});
     if (set.aim_size() > 0) {
         const glm::dquat orientation = orientation_aiming(checked_direction(set.aim(), prefix + "aim"));
         change(scene, light.world_from_light, orientation, light.aim_rev);
@@ -151,6 +152,10 @@ Light new_light(const Scene& scene, const v1::AddLight& add, const Loaded& loade
         if (like->sun) refuse("unsupported", prefix + "like", add.like(), "only a scene file has a sun");
         light = *like;
         light.seed = -1;
+        if (light.world_from_mount != glm::dquat(1.0, 0.0, 0.0, 0.0)) {
+            light.world_from_mount = {1.0, 0.0, 0.0, 0.0};
+            take_angles(light);
+        }
     } else {
         if (!loaded.profile) refuse("invalid_argument", prefix + "light.profile", "", "a new light needs a profile");
         light.profile = shared_profile(scene, loaded.profile);

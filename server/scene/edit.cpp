@@ -203,7 +203,8 @@ std::vector<Edit> edits_of_fade(const Scene& scene, const Preset& to) {
             EditValue was = value_of(*light->second, key), will = value_of(kept, key);
             // A fade turns lights by their angles.
             if (auto* end = std::get_if<Orientation>(&will))
-                end->world_from_light = orientation_of({end->pan_rad, end->tilt_rad, end->roll_rad});
+                end->world_from_light =
+                    light->second->world_from_mount * orientation_of({end->pan_rad, end->tilt_rad, end->roll_rad});
             if (was != will) edits.push_back({std::move(key), std::move(was), std::move(will)});
         }
     }

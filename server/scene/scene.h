@@ -135,7 +135,8 @@ struct LightSeed {
     double level_ratio = 1.0;
     double multiplier = 1.0;
     glm::dvec3 color{1.0};
-    bool sun = false;  // Light::sun
+    bool sun = false;                                 // Light::sun
+    glm::dquat world_from_mount{1.0, 0.0, 0.0, 0.0};  // Light::world_from_mount
 };
 
 struct Camera {
@@ -197,6 +198,9 @@ struct Light : LightValues {
     int seed = -1;     // index into SceneAsset::lights of what it was made of; -1: it was added
     bool sun = false;  // its light is parallel, along its aim; `multiplier` is lux, the position has no effect
     double multiplier = 1.0;
+    // What pan, tilt and roll turn about: orientation = world_from_mount · orientation_of(pan, tilt, roll). None of a
+    // luminaire that hangs or stands upright, or was added.
+    glm::dquat world_from_mount{1.0, 0.0, 0.0, 0.0};
     std::shared_ptr<const Profile> shaped;  // of `shaped_of`, which follows zoom and gobo; null: the profile as it is
     std::pair<std::shared_ptr<const Profile>, Shaping> shaped_of;
     bool flash_off = false;  // of its strobe, now (strobe.h)

@@ -48,8 +48,8 @@ void put_light(const Light& light, v1::Light& out) {
     if (light.sun) {  // parallel light has no intensity
         out.set_sun_lx(luminance_of(own_weight(light)));
     } else {
-        out.set_max_cd(light.profile->peak_cd);
-        out.set_flux_lm(light.profile->flux_lm);
+        out.set_max_cd(light.shining()->peak_cd);
+        out.set_flux_lm(light.shining()->flux_lm);
     }
 }
 

@@ -268,10 +268,12 @@ TEST(ImportMvr, HeadsSwingAsTheirGeometryDoes) {
 // From the show's patch to the light: a universe's slots aim it as the geometry of its GDTF says.
 TEST(ImportMvr, AConsoleSwingsTheHeads) {
     const std::string hanging = "<Addresses><Address break='0'>1.1</Address></Addresses>",
-                      standing = "<Addresses><Address break='0'>1.11</Address></Addresses>";
-    const auto asset = imported(
-        show_mvr(fixture("Hung", kHanging, hanging) + fixture("Stood", "{1,0,0}{0,-1,0}{0,0,-1}{0,0,0}", standing),
-                 {{"Maker@Head.gdtf", head_gdtf()}}));
+                      standing = "<Addresses><Address break='0'>1.11</Address></Addresses>",
+                      on_its_side = "<Addresses><Address break='0'>1.21</Address></Addresses>";
+    const auto asset = imported(show_mvr(fixture("Hung", kHanging, hanging) +
+                                             fixture("Stood", "{1,0,0}{0,-1,0}{0,0,-1}{0,0,0}", standing) +
+                                             fixture("Side", "{0,0,-1}{0,1,0}{1,0,0}{0,0,0}", on_its_side),
+                                         {{"Maker@Head.gdtf", head_gdtf()}}));
     ASSERT_TRUE(asset->patch);
     ASSERT_TRUE(check_patch(*asset->patch)) << check_patch(*asset->patch).error().text();
     Scene scene = scene_of(asset);
@@ -280,7 +282,7 @@ TEST(ImportMvr, AConsoleSwingsTheHeads) {
     DmxSource& source = universe.sources.emplace_back();
     source.id = 1;
     source.rank.fill(101);
-    for (const std::size_t first : {0u, 10u}) {
+    for (const std::size_t first : {0u, 10u, 20u}) {
         source.levels[first] = source.levels[first + 1] = 0x55;  // 21845: pan -90°
         source.levels[first + 2] = 0xD5;                         // 54741 of 65535: tilt 90.53°
         source.levels[first + 3] = 0xD5;
@@ -293,7 +295,36 @@ TEST(ImportMvr, AConsoleSwingsTheHeads) {
     expect_near(aim_of(scene.lights.at(0).world_from_light), {std::sin(tilt), -std::cos(tilt), 0}, 1e-6);
     // Turned by 180° about X it is (sin t, cos t, 0).
     expect_near(aim_of(scene.lights.at(1).world_from_light), {std::sin(tilt), std::cos(tilt), 0}, 1e-6);
+    // Turned by 90° about GDTF's Y, X goes to -Z and Z to X: (-cos t, -sin t, 0).
+    expect_near(aim_of(scene.lights.at(2).world_from_light), {-std::cos(tilt), -std::sin(tilt), 0}, 1e-6);
     for (const Light& light : scene.lights) EXPECT_NEAR(light.level_ratio, 0.2, 1e-9);
+    // Whatever it aims at, its angles about its own axes bring it there again; a copy turns about the vertical.
+    const auto command = [&](auto fill) {
+        v1::Command made;
+        fill(made);
+        const auto applied = apply(scene, made, {});
+        EXPECT_TRUE(applied) << applied.error().text();
+    };
+    command([](v1::Command& made) {
+        made.mutable_set_light()->set_name("Side");
+        for (const double value : {0.3, -0.5, 0.7}) made.mutable_set_light()->add_aim(value);
+    });
+    const Light aimed = scene.lights.at(2);
+    command([&](v1::Command& made) {
+        made.mutable_set_light()->set_name("Side");
+        made.mutable_set_light()->set_pan_rad(aimed.pan_rad + 1.0);
+    });
+    command([&](v1::Command& made) {
+        made.mutable_set_light()->set_name("Side");
+        made.mutable_set_light()->set_pan_rad(aimed.pan_rad);
+    });
+    expect_near(aim_of(scene.lights.at(2).world_from_light), glm::normalize(glm::dvec3(0.3, -0.5, 0.7)), 1e-9);
+    command([](v1::Command& made) {
+        made.mutable_add_light()->set_like("Side");
+        made.mutable_add_light()->mutable_light()->set_name("copy");
+        made.mutable_add_light()->mutable_light()->set_tilt_rad(0.0);
+    });
+    expect_near(aim_of(scene.lights.back().world_from_light), {0, -1, 0}, 1e-9);
 }
 
 TEST(ImportMvr, ModelsOfBothKindsStandWhereTheyBelong) {

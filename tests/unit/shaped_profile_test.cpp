@@ -177,6 +177,7 @@ TEST(ShapedProfile, ALightShinesWithWhatItsValuesSay) {
     ASSERT_EQ(state.lights(0).gobos_size(), 2);
     EXPECT_EQ(state.lights(0).gobos(1), "half");
     EXPECT_EQ(state.lights(0).gobo(), 2);
+    EXPECT_NEAR(state.lights(0).flux_lm(), 5'000, 10) << "half of it passes";
     ASSERT_TRUE(set(scene, [](v1::SetLight& set) { set.set_gobo(0), set.set_zoom_rad(0); }));
     EXPECT_EQ(light().shining(), profile);
 }

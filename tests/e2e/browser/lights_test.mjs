@@ -246,6 +246,28 @@ async function worksInTheDark(page) {
     check(await page.locator("#work-light").isHidden(), "it is off by itself where a light is");
 }
 
+// Zoom and shutter of the light that is selected; its profile has no wheel.
+async function shapesABeam(page, name) {
+    await page.locator(`#light-list li[data-name="${name}"] .pick`).click();
+    const {max_cd: open} = await light(page, name);
+    await page.locator("#zoom-number").fill("20");
+    await page.keyboard.press("Enter");
+    const zoomed = await until("a narrow beam", async () => {
+        const now = await light(page, name);
+        return Math.abs(now.zoom_rad - Math.PI / 9) < 1e-9 && now;
+    });
+    check(zoomed.max_cd > 2 * open, "a zoom in gathers the same flux", `${open} cd becomes ${zoomed.max_cd}`);
+    await page.locator("#shutter-number").fill("0.5");
+    await page.keyboard.press("Enter");
+    await until("half a shutter", async () => (await light(page, name)).shutter_ratio === 0.5);
+    check(await page.locator("#gobo").isHidden(), "a profile without a wheel has no gobo to choose");
+    for (const [field, value] of [["zoom", "0"], ["shutter", "1"]]) {
+        await page.locator(`#${field}-number`).fill(value);
+        await page.keyboard.press("Enter");
+    }
+    await until("the profile's own beam", async () => (await light(page, name)).max_cd === open);
+}
+
 // Haze by its list and its sliders.
 async function fillsTheAir(page) {
     const state = (name) => page.evaluate((key) => window.gonio.state.haze?.[key], name);
@@ -277,6 +299,7 @@ await inBrowser(async (browser, servers) => {
     await usesKeys(page, first);
     await addsAndRemoves(page);
     await showsBeam(page, first);
+    await shapesABeam(page, first);
     await fillsTheAir(page);
     await byTouch(browser, servers[0]);
     await worksInTheDark(page);
