@@ -1,4 +1,5 @@
 // G-buffer: normal, albedo and, where the scene has emitters, emitted luminance of the nearest surface.
+#include "shared/layouts.h"
 #include "lib/octahedral.glsl"
 #include "lib/material.glsl"
 in vec3 position;
@@ -14,7 +15,6 @@ layout(location = DETAIL) out vec2 out_detail;  // as out_normal, normal maps in
 #endif
 #ifdef CELLS
 #ifdef BODY
-#include "shared/layouts.h"
 flat in uint first_triangle;  // which part of a body it is
 #else
 #include "lib/cell.glsl"
