@@ -10,6 +10,8 @@ using enum WordForm;
 
 constexpr WordRow kPath[] = {
     {"[PATH]", "", text, "", "lights[0].aim, lights.NAME.level_ratio, camera.eye; default: all"}};
+constexpr WordRow kGetOptions[] = {
+    {"--hash", "", flag, "hash", "also the hash of the show: servers with the same show have the same"}};
 constexpr WordRow kReportOptions[] = {
     {"--rev", "N", count, "rev", "of the first frame with that scene_rev or a later one; default: the newest"},
     {"--table", "", flag, "", "a line for each pass"},
@@ -198,7 +200,7 @@ constexpr WordCommand kCommands[] = {
      {},
      kRelayOptions},
 };
-constexpr WordCommand kGet = {"get", "get_state", "prints the state, or a part of it, as JSON", kPath, {}};
+constexpr WordCommand kGet = {"get", "get_state", "prints the state, or a part of it, as JSON", kPath, kGetOptions};
 
 constexpr WordRow kOptions[] = {
     {"--server", "URL", text, "", "default: $GONIO_SERVER, else http://127.0.0.1:8080"},

@@ -1,8 +1,5 @@
 // `gonio relay`: a viewer whose pictures go on, as they are, to one receiver that has viewers of its own.
-#include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <poll.h>
-#include <sys/socket.h>
 
 #include <array>
 #include <cerrno>
@@ -35,17 +32,6 @@ volatile std::sig_atomic_t interrupted = 0;
 std::uint64_t now_ns() {
     const auto since = std::chrono::steady_clock::now().time_since_epoch();
     return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(since).count());
-}
-
-// A machine or a network that is gone ends the connection after some 25 s, although it closes nothing.
-void notice_silence(int descriptor) {
-    constexpr int kOn = 1, kIdleS = 10, kIntervalS = 5, kProbes = 3;
-    constexpr unsigned kUnacknowledgedMs = 25'000;
-    setsockopt(descriptor, SOL_SOCKET, SO_KEEPALIVE, &kOn, sizeof kOn);
-    setsockopt(descriptor, IPPROTO_TCP, TCP_KEEPIDLE, &kIdleS, sizeof kIdleS);
-    setsockopt(descriptor, IPPROTO_TCP, TCP_KEEPINTVL, &kIntervalS, sizeof kIntervalS);
-    setsockopt(descriptor, IPPROTO_TCP, TCP_KEEPCNT, &kProbes, sizeof kProbes);
-    setsockopt(descriptor, IPPROTO_TCP, TCP_USER_TIMEOUT, &kUnacknowledgedMs, sizeof kUnacknowledgedMs);
 }
 
 // SIGINT and SIGTERM end the loop, so that receivers are told, a second one the program; SIGPIPE is an error of
@@ -103,7 +89,7 @@ public:
         auto opened = Connection::open(session_.address, {session_.token, true, false, "viewer"});
         if (!opened) return opened.error();
         connection_ = std::move(*opened);
-        notice_silence(connection_->descriptor());
+        end_when_silent(connection_->descriptor());
         connected_ns_ = now_ns();
         unanswered_ns_ = 0;
         begun_ = told_of_nothing_ = false;

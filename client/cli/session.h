@@ -5,7 +5,7 @@
 #include <ostream>
 #include <string>
 
-#include "client/cli/transport.h"
+#include "client/connection/connection.h"
 
 namespace gonio {
 

@@ -177,10 +177,11 @@ std::vector<double> read_numbers(const google::protobuf::Message& message, std::
 
 void write_numbers(google::protobuf::Message& message, std::string_view field, std::span<const double> numbers) {
     const auto [reflection, at] = field_of(message, field);
-    if (!at->is_repeated()) return reflection->SetDouble(&message, at, numbers[0]);
+    // + 0.0: never -0, which counts as no change of 0 but is another text.
+    if (!at->is_repeated()) return reflection->SetDouble(&message, at, numbers[0] + 0.0);
     const auto elements = reflection->GetMutableRepeatedFieldRef<double>(&message, at);
     elements.Clear();
-    for (const double number : numbers) elements.Add(number);
+    for (const double number : numbers) elements.Add(number + 0.0);
 }
 
 void copy_numbers(const google::protobuf::Message& from, google::protobuf::Message& to, std::string_view field) {

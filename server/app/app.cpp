@@ -24,6 +24,7 @@ namespace gonio {
 namespace {
 
 constexpr std::uint32_t kReconnectAfterMs = 1000;   // a service is started again by then
+constexpr std::uint32_t kAnewAfterMs = 100;         // for clients of a server whose leader began again
 constexpr std::chrono::milliseconds kDiscard{100};  // for the private folder, where the end does not wait
 constexpr const char* kStateHangs = "state-hangs";
 constexpr const char* kReloadHangs = "reload-hangs";
@@ -71,7 +72,8 @@ struct BadOption : std::invalid_argument {
 Beginning beginning(const Options& options) {
     try {
         Beginning first;
-        first.scene = first_scene(options, &first.restored_rev);
+        first.scene =
+            options.follow.empty() ? first_scene(options, &first.restored_rev) : unheard_scene(options.follow);
         first.surfaces = surface_options(options);
         for (const std::string& fault : options.inject)
             if (fault != kStateHangs && fault != kReloadHangs) add_fault(first.faults, fault);
@@ -106,10 +108,29 @@ App::App(Options options, Tokens tokens)
     render_session_.set_scene_access({is_loopback(options_.host), options_.scene_roots,
                                       uploads_ ? uploads_->folder() : "", options_.load, options_.max_memory,
                                       show_folder(options_), render_session_.scene().gels});
-    render_session_.set_boot(fresh_name(), first_.restored_rev);
+    const std::string boot = fresh_name();
+    render_session_.set_boot(boot, first_.restored_rev);
     auto library = std::make_shared<Library>(options_.library_folders, uploads_ ? uploads_->folder() : "");
     library->keep_scene(profiles_of(render_session_.scene()));
     render_session_.set_library(std::move(library));
+    if (options_.follow.empty()) return;
+    render_session_.set_leader(options_.follow);
+    follower_ = std::make_unique<Follower>(follow_options(boot), render_session_.scene(), inbox_.queue, *metrics_);
+}
+
+FollowOptions App::follow_options(const std::string& boot) const {
+    FollowOptions follow;
+    follow.url = options_.follow;
+    follow.leader = value_of(parse_server_url(options_.follow));
+    follow.leader.ca_file = options_.follow_ca;
+    follow.token = [file = options_.follow_token_file] { return read_token(file, nullptr, "--follow-token-file"); };
+    follow.boot = boot;
+    follow.folder = uploads_->folder();
+    follow.file_bytes = options_.limits.upload_bytes;
+    follow.all_bytes = options_.limits.upload_total_bytes;
+    follow.load = options_.load;
+    follow.max_memory = options_.max_memory;
+    return follow;
 }
 
 std::string App::name_renderer() const {
@@ -136,6 +157,7 @@ HttpOptions App::http_options() const {
     listen.origins = options_.origins;
     listen.private_lanes = options_.max_private_lanes;
     listen.metrics = metrics_;
+    listen.leader = options_.follow;
     listen.uploads = uploads_.get();
     listen.tokens = tokens_;
     listen.server_name = "goniod " GONIO_VERSION;
@@ -214,6 +236,7 @@ void App::discard_uploads() {
 SessionOutputs App::session_outputs() {
     return {.reply = std::bind_front(&App::reply, this),
             .state = std::bind_front(&App::tell_state, this),
+            .blobs = [this](std::shared_ptr<const Blobs> blobs) { http_server_->publish_blobs(std::move(blobs)); },
             .picture = std::bind_front(&App::show_picture, this),
             .counters = std::bind_front(&App::stats, this),
             .sources = std::bind_front(&Consoles::sources, &consoles_),
@@ -229,6 +252,7 @@ void App::tell_state(v1::State state, v1::StateChanged change) {
     http_server_->publish_state(std::move(state));
     http_server_->broadcast(std::move(change));
     if (state_file_) state_file_->put(render_session_.scene());
+    if (follower_) http_server_->set_ready(true);  // it has its leader's show
 }
 
 void App::show_picture(Picture picture) {
@@ -263,7 +287,7 @@ void App::start() {
     const LaneId first_lane = options_.max_private_lanes > 0 ? kFirstPrivateLane : kSharedLane;
     encoders_.encode_first(first_lane, feed_.newest());
     feed_.tried(first_lane);
-    http_server_->set_ready(true);
+    http_server_->set_ready(!follower_);
     service_.tell("READY=1");
     service_.watch(std::bind_front(&HttpServer::post, http_server_.get()), [this] {
         const auto [given, done] = encoders_.turns();
@@ -281,16 +305,24 @@ bool App::pause() const {
     return !inbox_.queue.closed();
 }
 
-// The GL context is lost. Result: whether there is another, with a renderer; not where the program shall end.
-bool App::renew_gpu() {
-    counted_.gpu_resets.add();
-    spdlog::warn("gpu: the GL context is lost; everything in it is made anew");
+// lost: the GL context is. Result: whether there is another, with a renderer; not where the program shall end.
+bool App::renew_gpu(const char* why, bool lost) {
+    if (lost) counted_.gpu_resets.add();
+    spdlog::warn("gpu: {}; everything in it is made anew", why);
     http_server_->set_ready(false);
     render_session_.drop_renderer();
-    auto renderer = gpu_.rebuild(std::bind_front(&App::pause, this));
+    auto renderer = gpu_.rebuild(std::bind_front(&App::pause, this), lost);
     if (!renderer) return false;
     render_session_.set_renderer(std::move(renderer));
     http_server_->set_ready(true);
+    return true;
+}
+
+// The leader's revisions began again, and with them all that goes by revisions. Result: as of renew_gpu().
+bool App::begin_anew() {
+    if (!renew_gpu("the leader's revisions began again", false)) return false;
+    render_session_.begin_anew();
+    http_server_->send_away(kAnewAfterMs);
     return true;
 }
 
@@ -300,7 +332,8 @@ void App::run() {
         http_server_->came_by();
         loop_.turn();
         if (state_file_) counted_.saves.add(state_file_->told().saves - counted_.saves.value());
-        if (gpu_.lost() && !renew_gpu()) return;
+        if (gpu_.lost() && !renew_gpu("the GL context is lost", true)) return;
+        if (render_session_.begins_anew() && !begin_anew()) return;
     }
 }
 

@@ -12,6 +12,7 @@
 #include "server/app/stream_out.h"
 #include "server/base/atomic_file.h"
 #include "server/base/shared.h"
+#include "server/follow/follower.h"
 #include "server/http/upload_store.h"
 #include "server/session/render_loop.h"
 #include "server/show/state_file.h"
@@ -79,7 +80,9 @@ private:
     void show_picture(Picture picture);
     v1::Stats stats();
     v1::Surfaces describe_surfaces() const { return surface_input_.describe(render_session_.scene()); }
-    bool renew_gpu();
+    FollowOptions follow_options(const std::string& boot) const;
+    bool renew_gpu(const char* why, bool lost);
+    bool begin_anew();
     bool pause() const;
 
     // In the order of their life: what stands further down ends first.
@@ -115,6 +118,7 @@ private:
     RenderSession render_session_{gpu_.take_renderer(), std::move(first_.scene), renderer_name_, inbox_.queue, loader_,
                                   session_outputs()};
     RenderLoop loop_{inbox_, render_session_, feed_, consoles_, surface_input_, frame_time_};
+    std::unique_ptr<Follower> follower_;  // null: it follows nobody
 };
 
 }  // namespace gonio

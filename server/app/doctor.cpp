@@ -22,6 +22,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "client/connection/connection.h"
+#include "server/app/http_options.h"
 #include "server/base/descriptor.h"
 #include "server/gl/context.h"
 #include "server/inputs/udp_socket.h"
@@ -291,6 +293,19 @@ Finding check_descriptors(const Options& options, unsigned long long may_open) {
             "ulimit -n " + std::to_string(needed) + ", or LimitNOFILE= of the unit"};
 }
 
+Finding check_leader(const Options& options) {
+    auto leader = parse_server_url(options.follow);
+    const auto token = read_token(options.follow_token_file, nullptr, "--follow-token-file");
+    if (!leader || !token)
+        return {"leader", State::fault, (leader ? token.error() : leader.error()).text(), "mend the options"};
+    leader->ca_file = options.follow_ca;
+    const auto opened = Connection::open(*leader, {*token, false, false, "viewer", "goniod --doctor"});
+    if (opened) return {"leader", State::ok, options.follow + " can be followed.", ""};
+    return {"leader", State::warning, options.follow + ": " + opened.error().text(),
+            opened.error().code == "unreachable" ? "start that goniod, or give --follow its address and port"
+                                                 : "give --follow-token-file its token, --follow-ca its authority"};
+}
+
 std::string findings_text(const std::vector<Finding>& findings, bool json) {
     std::string text;
     for (const Finding& finding : findings) {
@@ -322,6 +337,7 @@ int run_doctor(const Options& options) {
     rlimit descriptors{};
     ::getrlimit(RLIMIT_NOFILE, &descriptors);
     add({check_time(machine), check_buffers(options, machine), check_descriptors(options, descriptors.rlim_cur)});
+    if (!options.follow.empty()) add({check_leader(options)});
     std::cout << findings_text(findings, options.log == "json") << std::flush;
     return std::ranges::any_of(findings, [](const Finding& finding) { return finding.state == State::fault; }) ? 1 : 0;
 }

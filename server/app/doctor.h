@@ -11,7 +11,7 @@ namespace gonio {
 
 struct Finding {
     enum class State { ok, warning, fault };  // warning: it works, with less than it could; fault: it does not start
-    std::string check;  // "egl", "gpu", "encoder", "port", "device", "time", "buffer", "descriptors"
+    std::string check;  // "egl", "gpu", "encoder", "port", "device", "time", "buffer", "descriptors", "leader"
     State state = State::ok;
     std::string found;  // a sentence
     std::string mend;   // what to do; empty where all is well
@@ -32,6 +32,8 @@ std::vector<Finding> check_ports(const Options& options);
 std::vector<Finding> check_devices(const Options& options, const Machine& machine);
 Finding check_time(const Machine& machine);
 Finding check_buffers(const Options& options, const Machine& machine);
+// With --follow.
+Finding check_leader(const Options& options);
 Finding check_descriptors(const Options& options, unsigned long long may_open);
 
 // Result: a line for each finding and one for its mend; or --log json: an object a line,

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <iostream>
 
+#include "client/connection/connection.h"
 #include "protocol/dmx/artnet.h"
 #include "protocol/dmx/e131.h"
 #include "server/app/config.h"
@@ -34,6 +35,29 @@ std::vector<OptionFault> check_samples(const Options& options) {
     if (!is_default || options.samples.value_or(kMinVpls) >= kMinVpls) return {};
     return {{{"samples", "technique"},
              "--samples must be 16..4096 for --technique default, not " + std::to_string(*options.samples)}};
+}
+
+// What a follower takes from its leader, or would write.
+constexpr const char* kOfLeader[] = {
+    "scene", "scale",       "universe-offset", "technique", "samples", "size", "patch",
+    "state", "surface-map", "surface-replay",  "shows",     "gels",    "sacn", "artnet",
+    "osc",   "box",         "oneshot",         "bake"};
+
+std::vector<OptionFault> check_follow(const Options& options) {
+    if (options.follow.empty()) {
+        if (options.follow_token_file.empty() && options.follow_ca.empty()) return {};
+        return {{{"follow-token-file", "follow-ca"}, "--follow-token-file and --follow-ca go with --follow"}};
+    }
+    std::vector<OptionFault> faults;
+    if (const auto leader = parse_server_url(options.follow); !leader)
+        faults.push_back({{"follow"}, "--follow " + options.follow + ": " + leader.error().message});
+    for (const std::string& name : options.beside_follow)
+        faults.push_back({{name}, "--" + name + " does not go with --follow: " + options.follow + " says it"});
+    if (const auto token = read_token(options.follow_token_file, nullptr, "--follow-token-file"); !token)
+        faults.push_back({{"follow-token-file"}, token.error().text()});
+    if (options.limits.upload_bytes == 0)
+        faults.push_back({{"max-upload-mib"}, "--follow needs --max-upload-mib above 0: that bounds what it fetches"});
+    return faults;
 }
 
 // Result: the fault, behind the lines and variables that its options came from.
@@ -163,6 +187,12 @@ void add_input_options(CLI::App& app, Options& options, OptionTexts& text) {
         ->check(check_upload_folder);
     app.add_option("--gels", options.gel_file, "GELS.csv: colour filters beside the built-in ones (docs/gels.md)")
         ->check(check_file_if_any);
+    app.add_option("--follow", options.follow,
+                   "URL of another goniod: shows what that one shows, and refuses all changes (docs/followers.md)");
+    app.add_option("--follow-token-file", options.follow_token_file,
+                   "file that holds the token which that one asks for; its viewers' is enough");
+    app.add_option("--follow-ca", options.follow_ca, "of https: the authorities to trust instead of the system's (PEM)")
+        ->check(check_file_if_any);
     app.add_option("--inject", options.inject,
                    "a fault, for tests: gl-loss-after=N, gl-loss-every=N, gl-rebuild-fails=N")
         ->group("");
@@ -202,6 +232,10 @@ void take_texts(const CLI::App& app, const OptionTexts& text, Options& options) 
     options.height_px = pixels->height_px;
     if (!options.bake.scene.empty()) options.scene = options.bake.scene, options.scene_given = true;
     if (app.count("--samples") > 0) options.samples = text.samples;
+    if (options.follow.empty()) return;
+    options.surfaces = false;
+    for (const char* name : kOfLeader)
+        if (app.count(std::string("--") + name) > 0) options.beside_follow.emplace_back(name);
 }
 
 }  // namespace
@@ -236,6 +270,7 @@ std::optional<Options> parse_options(const std::vector<std::string>& arguments, 
     }
     std::vector<std::string> errors;
     for (const OptionFault& fault : check_front_options(options)) errors.push_back(placed(fault, settings));
+    for (const OptionFault& fault : check_follow(options)) errors.push_back(placed(fault, settings));
     for (const OptionFault& fault : check_samples(options)) errors.push_back(placed(fault, settings));
     print_lines(errors, "");
     exit_code = errors.empty() ? 0 : kBadConfig;

@@ -42,9 +42,12 @@ struct Options {
     std::vector<std::string> boxes;  // VVVV:PPPP or VVVV:PPPP=PROFILE
     std::string surface_map;         // TOML; empty: what the profiles of the boxes say
     std::string surface_replay;      // a recorded box; empty: none
-    std::string state_file;          // where the show is kept between two runs; empty: nowhere
-    std::string show_folder;         // of the shows that clients save; empty: beside the state file
-    std::string gel_file;            // empty: the built-in gels alone
+    std::string follow;              // URL of the server that this one follows; empty: none
+    std::string follow_token_file, follow_ca;
+    std::vector<std::string> beside_follow;  // options that were given though the leader says what they say
+    std::string state_file;                  // where the show is kept between two runs; empty: nowhere
+    std::string show_folder;                 // of the shows that clients save; empty: beside the state file
+    std::string gel_file;                    // empty: the built-in gels alone
     bool scene_given = false, scale_given = false, size_given = false,
          technique_given = false;                          // else the saved show's
     std::vector<std::string> inject;                       // faults, for tests (server/session/gpu.h)

@@ -16,12 +16,12 @@
 #include "server/base/atomic_file.h"
 #include "server/base/bounded_file.h"
 #include "server/base/memory_room.h"
+#include "server/base/sha256.h"
 #include "server/exchange/import_mvr.h"
 #include "server/lighting/clusters.h"
 #include "server/lighting/isa.h"
 #include "server/render/renderer.h"
 #include "server/scene/apply.h"
-#include "server/sequence/digest.h"
 #include "server/session/null_renderer.h"
 #include "server/session/scene_access.h"
 #include "server/show/state_file.h"
@@ -217,7 +217,7 @@ int run_job(const Options& options, Scene scene) {
     run.isa_used = lighting::isa_in_use();
     run.version = GONIO_VERSION;
     run.settings = options.direct_light + " " + std::to_string(options.transport_bytes) + " " +
-                   sequence::sha256_of_file(options.gel_file).sha256;
+                   sha256_of_file(options.gel_file).sha256;
     run.renderer = [&]() -> Renderer& {
         if (renderer) return *renderer;
         context = gl::Context::create({options.device, options.gl_debug});

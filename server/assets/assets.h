@@ -4,12 +4,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "ies/core/result.h"
+#include "server/scene/asset_files.h"
 #include "server/scene/scene.h"
 
 namespace gonio {
@@ -51,6 +53,13 @@ Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, co
 // thread.
 Result<std::shared_ptr<const SceneAsset>> read_glb(std::span<const std::byte> bytes, const std::string& shown,
                                                    const LoadOptions& options, std::size_t& room);
+
+// folder: absolute. files: of the scene, from the folder, the scene's own first; some may stand there twice. Result:
+// what whoever lacks them needs; null where they are more than kMostAssetFiles or one cannot be read. Takes as long as
+// the disk.
+inline constexpr std::size_t kMostAssetFiles = 4096;
+std::shared_ptr<const AssetFiles> hashed_files(const std::filesystem::path& folder,
+                                               const std::vector<std::filesystem::path>& files);
 
 // Result: docs/gltf.md: what is made of each of glTF's features and extensions.
 std::string gltf_features_text();

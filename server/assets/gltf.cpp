@@ -39,6 +39,15 @@ std::optional<Error> take_memory(std::size_t& room, std::size_t count, std::size
 
 namespace {
 
+// path: the scene's own file, in the directory. Those that are missing are left out, as the importer does.
+std::shared_ptr<const AssetFiles> files_of(const std::filesystem::path& directory, const std::string& path,
+                                           const std::vector<std::string>& uris) {
+    std::vector<std::filesystem::path> files{std::filesystem::path(path).filename()};
+    for (const std::string& uri : uris)
+        if (const auto file = file_of_uri(directory, uri, "")) files.push_back(*file);
+    return hashed_files(directory, files);
+}
+
 // Of what a material covers so much reflects; a clear pane reflects nothing.
 float reflecting_share(const Material& material) {
     return material.transmission_image >= 0 ? 1.0f : 1.0f - material.transmission;
@@ -127,6 +136,7 @@ Result<std::shared_ptr<SceneAsset>> load_gltf(const Read& read, const std::strin
         bound_albedo(import, options.max_albedo);
         if (scene->instances.empty()) import.warn("the scene has no triangles");
         room = import.room;
+        if (!document->directory.empty()) scene->files = files_of(document->directory, where, document->uris);
         return scene;
     } catch (const std::bad_alloc&) {
         return Error{"too_large", where, "", "there is not enough memory for the scene"};

@@ -237,6 +237,10 @@ static Result<GltfDocument> read_gltf_document(Bytes file, GltfDocument result, 
     for (const Json& light : document.value(ies_lights, Json::array())) {
         result.ies_lights.push_back({light.value("name", ""), light.value("uri", ""), light.value("bufferView", -1)});
     }
+    for (const Json& buffer : document.value("buffers", Json::array())) result.uris.push_back(buffer.value("uri", ""));
+    for (const auto& image : result.images) result.uris.push_back(image.uri);
+    for (const auto& light : result.ies_lights) result.uris.push_back(light.uri);
+    std::erase_if(result.uris, [](const std::string& uri) { return uri.empty() || uri.starts_with("data:"); });
     note_unread(document, result.warnings);
     auto model = build_model(std::move(document));
     if (!model) return model.error();

@@ -34,6 +34,7 @@ struct GltfDocument {
     std::vector<std::vector<std::byte>> buffers;   // as long as their byteLength
     std::vector<ImageSource> images;
     std::vector<IesSource> ies_lights;  // EXT_lights_ies of the root; tinygltf drops empty members of lists
+    std::vector<std::string> uris;      // of all these: what the scene is made of beside its own file
     std::vector<std::string> warnings;
 };
 
@@ -56,6 +57,9 @@ Result<std::vector<float>> read_floats(const GltfDocument& document, int accesso
 // Result: the values of a SCALAR accessor of unsigned bytes, shorts or ints. Errors: "bad_gltf", "out_of_bounds".
 Result<std::vector<std::uint32_t>> read_indices(const GltfDocument& document, int accessor);
 
+// uri: a relative reference, percent-encoded or not. Result: the file, from the directory. Errors: of read_uri.
+Result<std::filesystem::path> file_of_uri(const std::filesystem::path& directory, const std::string& uri,
+                                          const std::string& where);
 // uri: a data: URI or a relative reference, percent-encoded or not. where: JSON pointer of the uri, for errors.
 // Result: at most the first `limit` bytes; a file longer than hard_limit is refused: "too_large".
 // Errors: "missing_file", "bad_gltf" (leaves the directory, malformed), "unsupported" (another scheme), "too_large".

@@ -109,9 +109,7 @@ std::string shown_uri(const std::string& uri) {
     return uri.size() > 80 ? uri.substr(0, 77) + "..." : uri;
 }
 
-Result<std::vector<std::byte>> read_uri(const fs::path& directory, const std::string& uri, const std::string& where,
-                                        std::size_t limit, std::size_t hard_limit) {
-    if (uri.starts_with("data:")) return read_data_uri(uri, where, limit, hard_limit);
+Result<fs::path> file_of_uri(const fs::path& directory, const std::string& uri, const std::string& where) {
     const auto refused = [&](const char* code, std::string message) {
         return Error{code, where, shown_uri(uri), std::move(message)};
     };
@@ -131,18 +129,31 @@ Result<std::vector<std::byte>> read_uri(const fs::path& directory, const std::st
         if (!fs::exists(file, failed)) continue;
         if (!is_inside(directory, file)) return refused("bad_gltf", "the URI leaves the directory of the glTF file");
         if (!fs::is_regular_file(file, failed)) return refused("bad_gltf", "the URI does not name a regular file");
-        const std::uintmax_t size = fs::file_size(file, failed);
-        if (failed) break;
-        if (size > hard_limit) return refused("too_large", "the file has " + std::to_string(size) + " bytes");
-        std::vector<std::byte> bytes(std::min<std::uintmax_t>(size, limit));
-        std::ifstream stream(file, std::ios::binary);
-        stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-        if (!stream || static_cast<std::size_t>(stream.gcount()) != bytes.size()) {
-            return refused("missing_file", "the file cannot be read");
-        }
-        return bytes;
+        return relative;
     }
     return refused("missing_file", "the file is missing");
+}
+
+Result<std::vector<std::byte>> read_uri(const fs::path& directory, const std::string& uri, const std::string& where,
+                                        std::size_t limit, std::size_t hard_limit) {
+    if (uri.starts_with("data:")) return read_data_uri(uri, where, limit, hard_limit);
+    const auto relative = file_of_uri(directory, uri, where);
+    if (!relative) return relative.error();
+    const auto refused = [&](const char* code, std::string message) {
+        return Error{code, where, shown_uri(uri), std::move(message)};
+    };
+    const fs::path file = directory / *relative;
+    std::error_code failed;
+    const std::uintmax_t size = fs::file_size(file, failed);
+    if (failed) return refused("missing_file", "the file is missing");
+    if (size > hard_limit) return refused("too_large", "the file has " + std::to_string(size) + " bytes");
+    std::vector<std::byte> bytes(std::min<std::uintmax_t>(size, limit));
+    std::ifstream stream(file, std::ios::binary);
+    stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    if (!stream || static_cast<std::size_t>(stream.gcount()) != bytes.size()) {
+        return refused("missing_file", "the file cannot be read");
+    }
+    return bytes;
 }
 
 }  // namespace gonio

@@ -158,6 +158,8 @@ Result<std::shared_ptr<const SceneAsset>> load_any_scene(const std::string& name
     scale_scene(**scene, options.scale);
     warn_of_extent(**scene);
     for (Material& material : (*scene)->materials) material.show_back = options.show_backs;
+    const std::filesystem::path path = std::filesystem::absolute(name, failed);
+    (*scene)->files = hashed_files(path.parent_path(), {path.filename()});
     return std::shared_ptr<const SceneAsset>(std::move(*scene));
 }
 

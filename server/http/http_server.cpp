@@ -100,6 +100,15 @@ public:
             peer->on_reply(std::move(message));
         });
     }
+    void publish_blobs(std::shared_ptr<const Blobs> blobs) override {
+        asio::post(context_, [this, blobs = std::move(blobs)] { registry_.blobs = blobs; });
+    }
+    void send_away(std::uint32_t reconnect_after_ms) override {
+        asio::post(context_, [this, reconnect_after_ms] {
+            registry_.reconnect_after_ms = reconnect_after_ms;
+            registry_.for_each([](Peer& peer) { peer.on_shutdown(); });
+        });
+    }
     void publish_video_config(v1::VideoConfig config, LaneId lane) override {
         asio::post(context_, [this, lane, config = std::move(config)]() mutable {
             registry_.video.put(lane, std::move(config));

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -23,6 +24,8 @@
 
 namespace gonio {
 
+struct Blob;
+using Blobs = std::map<std::string, Blob, std::less<>>;  // blobs.h
 class UploadStore;
 struct TlsContext;
 
@@ -46,6 +49,7 @@ struct HttpOptions {
     std::string tls_certificate, tls_key;  // PEM files; both or none: then plain HTTP
     std::vector<std::string> host_names;   // that the Host header may have, beside localhost and addresses
     std::vector<std::string> origins;      // of pages elsewhere that may use this server
+    std::string leader;                    // address of the server that this one follows; empty: none
     UploadStore* uploads = nullptr;        // outlives the HTTP server; null: there are none
     std::string server_name;               // for Hello
     std::string renderer;
@@ -81,6 +85,8 @@ public:
     virtual void publish_state(v1::State state) = 0;
     virtual void broadcast(v1::StateChanged change) = 0;
     virtual void reply(SessionId session, v1::ServerMessage message) = 0;
+    // What GET /v1/blobs serves from now on.
+    virtual void publish_blobs(std::shared_ptr<const Blobs> blobs) = 0;
     // The encoder of a lane makes such frames from now on; the first one is a key frame.
     virtual void publish_video_config(v1::VideoConfig config, LaneId lane = kSharedLane) = 0;
     // Of the lane frame.lane.
@@ -90,6 +96,8 @@ public:
     virtual void stop_accepting() = 0;
     // Any thread. Says goodbye behind all answers given so far and closes all connections, within half a second.
     virtual void stop(std::uint32_t reconnect_after_ms) = 0;
+    // Any thread. Says goodbye to all clients of now, whose state is another server's; they may come again.
+    virtual void send_away(std::uint32_t reconnect_after_ms) = 0;
     // No encoder of H.264 works any more: viewers are told to use MJPEG.
     virtual void stop_h264() = 0;
     // Calls it on the net thread.

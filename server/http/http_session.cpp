@@ -142,6 +142,10 @@ private:
             return start_mjpeg_session(registry_, {std::move(stream_), admission_},
                                        std::string(shown_token().value_or("")));
         }
+        if (const auto blob = blob_name(target)) {
+            if (!admitted(Right::look)) return;
+            return answer_blob(*blob);
+        }
         const std::string_view name = path == "/" ? "index.html" : std::string_view(path).substr(1);
         for (const EmbeddedFile& file : registry_.options.page)
             if (file.name == name)
@@ -172,7 +176,21 @@ private:
         return false;
     }
 
+    void answer_blob(const std::string& name) {
+        const auto found = registry_.blobs->find(name);
+        if (found == registry_.blobs->end())
+            return refuse(http::status::not_found, {"not_found", "", name, "Nothing of this show has this hash."});
+        if (found->second.content) return respond(http::status::ok, "application/octet-stream", *found->second.content);
+        if (request_.method() == http::verb::head)
+            return refuse(http::status::method_not_allowed, "Only GET is answered here.");
+        stream_.expires_never();
+        start_blob_session(registry_, {std::move(stream_), admission_}, found->second);
+    }
+
     void answer_upload(const std::string& name) {
+        if (!registry_.options.leader.empty())
+            return refuse(http::status::forbidden, {"permission", "uploads", registry_.options.leader,
+                                                    "This server follows that one: upload it there."});
         if (registry_.options.uploads == nullptr)
             return refuse(http::status::not_found, {"not_found", "", name, "This server takes no uploads."});
         if (request_.method() == http::verb::put) {

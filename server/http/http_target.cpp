@@ -10,7 +10,8 @@
 namespace gonio {
 namespace {
 
-constexpr std::string_view kStill = "/v1/frame.", kSceneFile = "/v1/scene.", kUploads = "/v1/uploads/";
+constexpr std::string_view kStill = "/v1/frame.", kSceneFile = "/v1/scene.", kUploads = "/v1/uploads/",
+                           kBlobs = "/v1/blobs/";
 
 Error bad_target(std::string_view value, const char* message) {
     return {"bad_target", "", std::string(value.substr(0, 64)), message};
@@ -202,6 +203,11 @@ Result<v1::CaptureQuery> still_query(const HttpTarget& target) {
 std::optional<std::string> upload_name(const HttpTarget& target) {
     if (!target.path.starts_with(kUploads)) return std::nullopt;
     return target.path.substr(kUploads.size());
+}
+
+std::optional<std::string> blob_name(const HttpTarget& target) {
+    if (!target.path.starts_with(kBlobs)) return std::nullopt;
+    return target.path.substr(kBlobs.size());
 }
 
 }  // namespace gonio

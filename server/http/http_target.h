@@ -42,4 +42,7 @@ Result<v1::CaptureQuery> still_query(const HttpTarget& target);
 // Result: the NAME of /v1/uploads/NAME as it stands there; nothing for other paths.
 std::optional<std::string> upload_name(const HttpTarget& target);
 
+// Result: the SHA-256 of /v1/blobs/SHA256 as it stands there; nothing for other paths.
+std::optional<std::string> blob_name(const HttpTarget& target);
+
 }  // namespace gonio

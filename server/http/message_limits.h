@@ -14,10 +14,11 @@ namespace gonio {
 inline bool is_query(const v1::ClientMessage& message) {
     using Message = v1::ClientMessage;
     constexpr Message::MessageCase queries[] = {
-        Message::kGetState, Message::kMeter,   Message::kCapture, Message::kReport,    Message::kStats,
-        Message::kProfile,  Message::kSources, Message::kPatch,   Message::kSurfaces,  Message::kLearn,
-        Message::kPick,     Message::kShows,   Message::kGels,    Message::kGrid,      Message::kUgr,
-        Message::kTargets,  Message::kBeam,    Message::kLibrary, Message::kLuxReport, Message::kIsolux};
+        Message::kGetState, Message::kMeter,   Message::kCapture, Message::kReport,   Message::kStats,
+        Message::kProfile,  Message::kSources, Message::kPatch,   Message::kSurfaces, Message::kLearn,
+        Message::kPick,     Message::kShows,   Message::kGels,    Message::kGrid,     Message::kUgr,
+        Message::kFollow,   Message::kTargets, Message::kBeam,    Message::kLibrary,  Message::kLuxReport,
+        Message::kIsolux};
     return std::ranges::find(queries, message.message_case()) != std::end(queries);
 }
 

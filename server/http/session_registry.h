@@ -10,6 +10,7 @@
 #include <string>
 
 #include "server/http/auth_guard.h"
+#include "server/http/blobs.h"
 #include "server/http/http_server.h"
 #include "server/http/update_clock.h"
 
@@ -148,6 +149,7 @@ public:
     MjpegClients mjpeg;
     UpdateClock updates;
     std::optional<v1::State> state;
+    std::shared_ptr<const Blobs> blobs = std::make_shared<const Blobs>();
     std::atomic<std::uint32_t> packets_sent = 0;
     bool stopping = false;
     std::uint32_t reconnect_after_ms = 0;  // of the Goodbye

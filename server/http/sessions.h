@@ -27,5 +27,7 @@ void start_mjpeg_session(SessionRegistry& registry, Accepted accepted, std::stri
 // A PUT whose header was read, and checked like the others; ends the connection. buffer: what came behind the header.
 void start_upload_session(SessionRegistry& registry, Accepted accepted, beast::flat_buffer buffer,
                           http::request_parser<http::empty_body>&& header, std::string name, std::string token);
+// A GET of what lies in a file, checked like the others; ends the connection.
+void start_blob_session(SessionRegistry& registry, Accepted accepted, Blob blob);
 
 }  // namespace gonio

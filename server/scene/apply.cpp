@@ -141,7 +141,7 @@ void load_scene(Scene& scene, const Loaded& loaded) {
     if (!fresh.patch && scene.patch != scene.asset->patch) fresh.patch = scene.patch;
     fresh.surfaces = scene.surfaces;
     fresh.presets = scene.presets;  // of lights by name: files are written anew, and scenes come back
-    fresh.presets_rev = scene.presets_rev;
+    fresh.presets_rev = scene.recalled.empty() ? scene.presets_rev : scene.scene_rev + 1;  // none is recalled now
     fresh.cues = scene.cues;  // likewise; none of them is active
     fresh.cues_rev = scene.cues_rev;
     fresh.cue_options = scene.cue_options;

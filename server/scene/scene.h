@@ -34,6 +34,7 @@ struct Drawn;
 }  // namespace lighting
 struct Bodies;
 struct LightTables;
+struct AssetFiles;  // asset_files.h
 
 struct Bounds {
     glm::dvec3 min{1e300};
@@ -158,6 +159,7 @@ struct SceneAsset {
     std::optional<double> exposure_ev100;       // that suits the scene, where its maker knows; else it is metered
     double scale = 1.0;                         // that its file was loaded with
     std::shared_ptr<const v1::SetPatch> patch;  // of consoles, that its file brings; null: none
+    std::shared_ptr<const AssetFiles> files;    // that it was read from; null: none
     std::vector<std::string> warnings;          // tolerated deviations and unsupported features, one sentence each
     Bounds bounds;                              // world space
     std::size_t triangles() const {             // counted per instance

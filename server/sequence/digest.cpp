@@ -1,26 +1,17 @@
 #include "server/sequence/digest.h"
 
-#include <fcntl.h>
-#include <openssl/evp.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <array>
-#include <cerrno>
-#include <memory>
 #include <span>
 #include <type_traits>
 
 #include "ies/writers.h"
-#include "server/base/descriptor.h"
+#include "server/base/sha256.h"
 
 namespace gonio::sequence {
 namespace {
 
 class Digest {
 public:
-    Digest() : context_(EVP_MD_CTX_new()) { EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr); }
-    void add(const void* bytes, std::size_t count) { EVP_DigestUpdate(context_.get(), bytes, count); }
+    void add(const void* bytes, std::size_t count) { digest_.add(bytes, count); }
     template <typename T>
     requires std::is_arithmetic_v<T>
     void add(T number) { add(&number, sizeof number); }
@@ -34,23 +25,10 @@ public:
         add(values.size());
         add(values.data(), values.size_bytes());
     }
-    std::string text() {
-        unsigned char digest[EVP_MAX_MD_SIZE];
-        unsigned int size = 0;
-        EVP_DigestFinal_ex(context_.get(), digest, &size);
-        std::string hex;
-        for (unsigned int i = 0; i < size; ++i) {
-            hex += "0123456789abcdef"[digest[i] >> 4];
-            hex += "0123456789abcdef"[digest[i] & 15];
-        }
-        return hex;
-    }
+    std::string text() { return digest_.text(); }
 
 private:
-    struct Free {
-        void operator()(EVP_MD_CTX* context) const { EVP_MD_CTX_free(context); }
-    };
-    std::unique_ptr<EVP_MD_CTX, Free> context_;
+    Sha256 digest_;
 };
 
 void add_material(Digest& digest, const Material& material) {
@@ -79,31 +57,6 @@ void add_light(Digest& digest, const LightSeed& light) {
 }
 
 }  // namespace
-
-std::string sha256(std::string_view bytes) {
-    Digest digest;
-    digest.add(bytes.data(), bytes.size());
-    return digest.text();
-}
-
-FileDigest sha256_of_file(const std::string& path) {
-    const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK));
-    struct stat status {};
-    if (!file || ::fstat(file.fd(), &status) != 0 || !S_ISREG(status.st_mode)) return {};
-    Digest digest;
-    FileDigest result;
-    std::array<char, 65536> chunk;
-    for (;;) {
-        const ssize_t got = ::read(file.fd(), chunk.data(), chunk.size());
-        if (got < 0 && errno == EINTR) continue;
-        if (got < 0) return {};
-        if (got == 0) break;
-        digest.add(chunk.data(), static_cast<std::size_t>(got));
-        result.bytes += static_cast<std::size_t>(got);
-    }
-    result.sha256 = digest.text();
-    return result;
-}
 
 std::string sha256_of_asset(const SceneAsset& asset) {
     Digest digest;

@@ -15,7 +15,7 @@
 #include "server/base/atomic_file.h"
 #include "server/base/bounded_file.h"
 #include "server/base/descriptor.h"
-#include "server/sequence/digest.h"
+#include "server/base/sha256.h"
 
 namespace gonio::sequence {
 namespace {

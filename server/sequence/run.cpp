@@ -11,6 +11,7 @@
 #include "server/assets/exr.h"
 #include "server/base/bounded_file.h"
 #include "server/base/clock.h"
+#include "server/base/sha256.h"
 #include "server/sequence/digest.h"
 #include "server/sequence/frame_picture.h"
 #include "server/sequence/job_json.h"

@@ -49,8 +49,8 @@ void Gpu::note_failure(const std::string& why) {
     }
 }
 
-std::unique_ptr<LiveRenderer> Gpu::rebuild(const std::function<bool()>& pause) {
-    if (rebuilt_ && pictures_ == 0) note_failure("the new GL context was lost before its first picture");
+std::unique_ptr<LiveRenderer> Gpu::rebuild(const std::function<bool()>& pause, bool lost) {
+    if (lost && rebuilt_ && pictures_ == 0) note_failure("the new GL context was lost before its first picture");
     made_.context.reset();
     for (;;) {
         try {

@@ -42,7 +42,8 @@ public:
     // Makes another context; the old renderer is gone by now. pause: lets a second pass between two attempts; false: to
     // be given up. Result: the new renderer; null where it was given up. Throws std::runtime_error after
     // kMostFailedRebuilds failures in the window; a context that is lost before its first picture is one.
-    std::unique_ptr<LiveRenderer> rebuild(const std::function<bool()>& pause);
+    // lost: else the context was good, and is no failure.
+    std::unique_ptr<LiveRenderer> rebuild(const std::function<bool()>& pause, bool lost = true);
 
 private:
     void note_failure(const std::string& why);

@@ -8,6 +8,7 @@
 
 #include "ies/core/printed.h"
 #include "ies/writers.h"
+#include "server/base/sha256.h"
 #include "server/scene/apply.h"
 #include "server/session/grid_plan.h"
 #include "server/session/lux_report.h"
@@ -38,15 +39,6 @@ std::string base64(const std::string& bytes) {
         EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()),
                         reinterpret_cast<const unsigned char*>(bytes.data()), static_cast<int>(bytes.size()));
     text.resize(static_cast<std::size_t>(written));
-    return text;
-}
-
-std::string sha256(const std::string& bytes) {
-    unsigned char digest[EVP_MAX_MD_SIZE];
-    unsigned int size = 0;
-    EVP_Digest(bytes.data(), bytes.size(), digest, &size, EVP_sha256(), nullptr);
-    std::string text;
-    for (unsigned int i = 0; i < size; ++i) text += printed("%02x", digest[i]);
     return text;
 }
 

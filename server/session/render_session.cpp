@@ -30,6 +30,7 @@ RenderSession::RenderSession(std::unique_ptr<LiveRenderer> renderer, Scene scene
       replies_(out_.reply, scene_),
       changes_(scene_.scene_rev),
       captures_(loader, out_.reply),
+      followers_(out_.blobs),
       reference_({out_.reply, [&queue] { queue.wake(Queue<Work>::Wake::soon); }}),
       scene_files_(out_.reply),
       auto_exposure_(
@@ -81,6 +82,7 @@ v1::State RenderSession::state() const {
     state.set_restored_rev(restored_rev_);
     *state.mutable_show() = show_now();
     *state.mutable_cue_playback() = cues_.playback(scene_, monotonic_ns());
+    if (follows()) state.set_leader(leader_);
     return state;
 }
 
@@ -95,6 +97,7 @@ void RenderSession::take(Work work) {
     static const Error lost{"unavailable", "", "", "the GPU was lost"};
     static const Error unknown{"unsupported", "message", "", "this server does not know the message"};
     if (work.closed) return forget_session(work.session);
+    if (work.leader) return take_leader(work.leader);
     switch (work.message.message_case()) {
         case v1::ClientMessage::kIdentify:
             roles_.identify(work.session, work.message.identify());
@@ -105,8 +108,13 @@ void RenderSession::take(Work work) {
             return change_holder(work);
         case v1::ClientMessage::kCommand:
             return take_command(std::move(work));
-        case v1::ClientMessage::kGetState:
-            return replies_.answer(work, message_of(&Message::mutable_state, state()));
+        case v1::ClientMessage::kGetState: {
+            v1::State now = state();
+            if (work.message.get_state().hash()) now.set_hash(show_hash(scene_, hashed_texts_));
+            return replies_.answer(work, message_of(&Message::mutable_state, std::move(now)));
+        }
+        case v1::ClientMessage::kFollow:
+            return take_follow(work);
         case v1::ClientMessage::kMeter:
             return renderer_ ? answer_meter(work) : replies_.refuse(work, lost);
         case v1::ClientMessage::kGrid:
@@ -248,6 +256,7 @@ void RenderSession::tell(v1::StateChanged change, std::uint32_t by) {
     if (auto playback = cues_.take_news(scene_, monotonic_ns()))
         *change.mutable_state()->mutable_cue_playback() = std::move(*playback);
     out_.state(state(), std::move(change));
+    followers_.tell(scene_, boot_, replies_);
 }
 
 void RenderSession::apply_command(const Work& work) {
@@ -331,6 +340,7 @@ void RenderSession::note_cues(Revision before, std::uint32_t by) {
 }
 
 void RenderSession::hear_timecode(TimecodeSource source, const Timecode& timecode, std::int64_t t_ns) {
+    if (follows()) return;
     const Revision before = scene_.scene_rev;
     cues_.hear(scene_, source, timecode, t_ns, monotonic_ns());
     if (scene_.scene_rev == before) return;
@@ -363,6 +373,8 @@ void RenderSession::begin_fade(const v1::Command& command, std::uint32_t by, std
 
 std::vector<std::optional<Error>> RenderSession::apply_inputs(std::span<const v1::Command> commands, std::uint32_t by,
                                                               Driven driven) {
+    if (const auto refused = follows() ? roles_.refuses_change(by, "command") : std::nullopt)
+        return std::vector(commands.size(), refused);
     const Revision before = scene_.scene_rev;
     std::vector<v1::Command> plain;  // where some are carried out otherwise: the others
     const bool held = roles_.holder() != 0;
@@ -401,6 +413,7 @@ void RenderSession::advance_fade(std::int64_t now_ns) {
         tell_inputs(before, fade_by_);
     }
     if (set_flashes(scene_, static_cast<double>(now_ns) * 1e-9)) flashed_ = true;
+    if (follows()) return;
     const Revision before_cues = scene_.scene_rev;
     cues_.advance(scene_, now_ns);
     note_cues(before_cues, cue_by_);
@@ -427,6 +440,7 @@ void RenderSession::continue_work() {
     meters_.advance(renderer_, replies_);
     captures_.advance(renderer_, replies_);
     reference_.tick();
+    if (follows()) return;
     auto_exposure_.tend(scene_, monotonic_ns());
     tend_range();
 }
@@ -446,6 +460,7 @@ void RenderSession::forget_session(std::uint32_t session) {
     captures_.forget_session(session);
     meters_.forget_session(session);
     reports_.forget_session(session);
+    followers_.forget_session(session);
     reference_.forget_session(session);
     undo_.forget_session(session);
     out_.gone(session);

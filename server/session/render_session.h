@@ -18,6 +18,7 @@
 #include "server/session/budget.h"
 #include "server/session/capture_queue.h"
 #include "server/session/changes.h"
+#include "server/session/followers.h"
 #include "server/session/library.h"
 #include "server/session/meter_queue.h"
 #include "server/session/played_cues.h"
@@ -37,6 +38,8 @@ inline constexpr std::size_t kMaxFramesInFlight = 3;  // the readback ring
 struct SessionOutputs {
     std::function<void(std::uint32_t session, v1::ServerMessage)> reply;
     std::function<void(v1::State, v1::StateChanged)> state;
+    // What servers that follow this one may fetch; told before the answer that names it.
+    std::function<void(std::shared_ptr<const Blobs>)> blobs = [](const auto&) {};
     std::function<void(Picture)> picture;    // a new picture left the GPU
     std::function<v1::Stats()> counters;     // what the stream side counts; settled: it has nothing left to say
     std::function<v1::Sources()> sources;    // the newest source table of the consoles
@@ -87,6 +90,12 @@ public:
     void set_scene_access(SceneAccess access) { scene_access_ = std::move(access); }
     // boot: names this run of the program; restored: the revision of the state file that it began with, 0: it had none.
     void set_boot(std::string boot, Revision restored) { boot_ = std::move(boot), restored_rev_ = restored; }
+    // Everything comes from the server of this address; no client, console, cue or automatic value changes anything.
+    void set_leader(std::string address);
+    // Whether the leader's revisions began again: the renderer is to be given up, and begin_anew() called when there is
+    // another.
+    bool begins_anew() const { return anew_ != nullptr; }
+    void begin_anew();
     // Where profiles without photometry are sought; at first the built-in ones.
     void set_library(std::shared_ptr<Library> library) { library_ = std::move(library); }
     // Captures that are rendered one after the other; beyond it: "busy".
@@ -149,6 +158,10 @@ private:
     void take_save(Work work);
     v1::Stats stats();
     void submit_reference(const Work& work, std::variant<MeterRequest, CaptureRequest, LuxReportRequest> request);
+    void take_leader(const std::shared_ptr<const LeaderNews>& news);
+    void take_scene(const LeaderNews& news);
+    void take_follow(const Work& work);
+    bool follows() const { return !leader_.empty(); }
     void tell_control(std::uint32_t by);
     void tell(v1::StateChanged change, std::uint32_t by);
     v1::ShowFile show_now() const;
@@ -187,8 +200,13 @@ private:
     SceneAccess scene_access_;
     std::string boot_;
     Revision restored_rev_ = 0;
+    std::string leader_;                      // address; empty: it follows nobody
+    bool in_touch_ = true;                    // with the leader
+    std::shared_ptr<const LeaderNews> anew_;  // that waits for another renderer
+    ProfileTexts hashed_texts_;               // of show_hash()
     v1::ShowFile told_show_;
     std::shared_ptr<Library> library_ = std::make_shared<Library>();
+    Followers followers_;
     ReferenceWork reference_;
     SceneFiles scene_files_;
     AutoExposure auto_exposure_;

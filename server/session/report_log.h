@@ -26,6 +26,8 @@ public:
     // Of several frames of one revision the first is kept: it is the one that shows what the change cost.
     void keep(v1::FrameReport report);
     void forget_session(std::uint32_t session);
+    // Of all frames: their revisions count no more.
+    void forget() { reports_.clear(); }
 
 private:
     struct Waiting {

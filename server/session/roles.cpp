@@ -16,6 +16,7 @@ bool Roles::forget(std::uint32_t session) {
 }
 
 std::optional<Error> Roles::refuses_change(std::uint32_t session, const std::string& what) const {
+    if (!leader_.empty()) return Error{"permission", what, leader_, "this server follows that one: change it there"};
     if (session == 0) return std::nullopt;
     const auto client = clients_.find(session);
     if (client != clients_.end() && !client->second.viewer) return std::nullopt;

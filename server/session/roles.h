@@ -16,12 +16,15 @@ inline constexpr std::int64_t kLeaseNs = 30'000'000'000;  // without a word of t
 
 class Roles {
 public:
+    // This server follows the one of this address: nobody changes anything here.
+    void set_leader(std::string leader) { leader_ = std::move(leader); }
+
     // The session has shown itself. Until then, and for HTTP requests for ever, it may only ask.
     void identify(std::uint32_t session, const v1::Identify& identify);
     // Result: whether the camera's holder changed.
     bool forget(std::uint32_t session);
-    // Result: why the session may not change anything ("permission"). what: the field that asks for it. Session 0 is
-    // the server itself: consoles, fader boxes.
+    // Result: why the session may not change anything ("permission", with the leader's address as value where there is
+    // one). what: the field that asks for it. Session 0 is the server itself: consoles, fader boxes.
     std::optional<Error> refuses_change(std::uint32_t session, const std::string& what) const;
 
     // The lease of the camera. take: also from a holder. Result: why not ("held", with the holder's name as value).
@@ -42,6 +45,7 @@ private:
     Error held(const char* where) const;
 
     std::map<std::uint32_t, Client> clients_;  // as many as the HTTP server lets in
+    std::string leader_;                       // empty: none
     std::uint32_t holder_ = 0;
     std::int64_t until_ns_ = 0;
 };

@@ -1,6 +1,7 @@
 // Scene <-> what is kept of it on disk (protocol/schema/saved.proto). Pure; any thread.
 #pragma once
 
+#include <bitset>
 #include <chrono>
 #include <map>
 #include <memory>
@@ -27,11 +28,16 @@ inline constexpr Revision kMaxSavedRevision = Revision{1} << 31;
 class ProfileTexts {
 public:
     struct Text {
-        std::string key, lm63;
+        std::string key;                             // SHA-256 of the content
+        std::shared_ptr<const std::string> content;  // the name, a 0 and the photometry as LM-63-2019
     };
     const Text& of(const std::shared_ptr<const Profile>& profile);
+    // Result: the contents that are known, by key.
+    std::map<std::string, std::shared_ptr<const std::string>> known() const;
     // Forgets those that nobody asked for since the last call.
     void forget_unused();
+    // Forgets those of profiles that nobody else has any more.
+    void forget_gone();
 
 private:
     struct Entry {
@@ -41,8 +47,41 @@ private:
     std::map<std::shared_ptr<const Profile>, Entry> texts_;
 };
 
+// What of a show is told apart when it changes.
+enum class ShowPart : std::uint8_t {
+    scene,
+    lights,
+    values,  // of lights, where the list of them is as it was
+    groups,
+    presets,  // and cues, which share their lights
+    cue_play,
+    camera,
+    saved_views,
+    grids,
+    observers,
+    exposure,
+    view,
+    look,
+    haze,
+    master,
+    technique,
+    size,
+    patch,
+    surfaces,
+    file  // the name that the show was saved under
+};
+inline constexpr std::size_t kShowParts = static_cast<std::size_t>(ShowPart::file) + 1;
+struct ShowParts : std::bitset<kShowParts> {
+    bool has(ShowPart part) const { return test(static_cast<std::size_t>(part)); }
+    void put(ShowPart part) { set(static_cast<std::size_t>(part)); }
+};
+
 // Result: everything of the scene that makes the show.
 saved::Show show_of(const Scene& scene, ProfileTexts& texts);
+// Result: these parts of it. values_since: of ShowPart::values those lights that changed after this revision.
+// by_content: no light takes its profile from the scene's file, but each by the key of what it is.
+saved::Show show_of(const Scene& scene, ProfileTexts& texts, const ShowParts& parts, Revision values_since,
+                    bool by_content = false);
 
 // Errors: "bad_state" (no JSON of this message), "unsupported" (of a later version), "too_large".
 Result<saved::Show> read_show(std::string_view json);

@@ -126,7 +126,8 @@ bool KilledClient::ended() const {
 }
 
 DaemonProcess::DaemonProcess(std::vector<std::string> arguments, const std::function<void(pid_t)>& meanwhile) {
-    arguments.insert(arguments.begin(), {"--listen", "127.0.0.1:0"});
+    if (std::find(arguments.begin(), arguments.end(), "--listen") == arguments.end())
+        arguments.insert(arguments.begin(), {"--listen", "127.0.0.1:0"});
     // Under ThreadSanitizer no GL runs: its drivers are not made for it.
     const char* renderer = std::getenv("GONIO_TEST_RENDERER");
     if (renderer != nullptr && std::find(arguments.begin(), arguments.end(), "--renderer") == arguments.end())

@@ -29,7 +29,10 @@ const Arrows& allowed() {
         {"protocol/surface", {"ies", "ies/core", "protocol/schema", "protocol/text", "protocol/timecode"}},
         {"client/web", {"protocol/schema"}},
         {"client/relay", {"ies/core"}},
-        {"client/cli", {"ies", "ies/core", "protocol/schema", "protocol/dmx", "protocol/surface", "client/relay"}},
+        {"client/connection", {"ies/core", "protocol/schema"}},
+        {"client/cli",
+         {"ies", "ies/core", "protocol/schema", "protocol/dmx", "protocol/surface", "client/connection",
+          "client/relay"}},
         {"server/base", {"ies/core"}},
         {"server/gl", {"ies/core", "server/base"}},
         {"server/scene",
@@ -62,11 +65,14 @@ const Arrows& allowed() {
         {"server/sequence",
          {"ies", "ies/core", "protocol/schema", "protocol/timecode", "server/base", "server/scene", "server/assets",
           "server/trace", "server/lighting", "server/render", "server/stream", "server/session", "server/show"}},
+        {"server/follow",
+         {"ies/core", "protocol/schema", "client/connection", "server/base", "server/scene", "server/assets",
+          "server/exchange", "server/trace", "server/lighting", "server/show", "server/session"}},
         {"server/app", {"ies",           "ies/core",        "protocol/schema", "protocol/dmx",   "protocol/surface",
                         "protocol/text", "client/web",      "server/base",     "server/gl",      "server/scene",
                         "server/assets", "server/trace",    "server/lighting", "server/render",  "server/stream",
                         "server/http",   "server/inputs",   "server/surfaces", "server/session", "server/show",
-                        "server/bake",   "server/exchange", "server/sequence"}},
+                        "server/bake",   "server/exchange", "server/sequence", "server/follow",  "client/connection"}},
     };
     return table;
 }

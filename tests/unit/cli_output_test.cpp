@@ -8,7 +8,7 @@
 
 #include "client/cli/cli.h"
 #include "client/cli/output.h"
-#include "client/cli/transport.h"
+#include "client/connection/connection.h"
 #include "server/http/http_server.h"
 
 namespace gonio {

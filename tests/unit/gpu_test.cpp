@@ -58,6 +58,11 @@ TEST(Gpu, AContextThatDiesBeforeItsFirstPictureIsAFailure) {
     EXPECT_THROW(gpu.rebuild(go_on), std::runtime_error);
 }
 
+TEST(Gpu, AContextThatWasGivenUpThoughItWorkedIsNoFailure) {
+    Gpu gpu(null_gpu);
+    for (int i = 0; i < 10; ++i) EXPECT_TRUE(gpu.rebuild([] { return true; }, false));
+}
+
 TEST(Gpu, InjectedLosses) {
     Gpu once(null_gpu, {.loss_after = 2});
     once.picture_done();

@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "certificate.h"
-#include "client/cli/transport.h"
+#include "client/connection/connection.h"
 #include "http_fixture.h"
 #include "server/http/tls.h"
 

@@ -2,7 +2,7 @@
 #include <fstream>
 #include <thread>
 
-#include "client/cli/transport.h"
+#include "client/connection/connection.h"
 #include "http_fixture.h"
 #include "protocol/schema/upload_name.h"
 #include "server/http/upload_store.h"

@@ -10,6 +10,7 @@
 #include <functional>
 
 #include "server/assets/assets.h"
+#include "server/base/sha256.h"
 #include "server/sequence/digest.h"
 #include "server/sequence/manifest.h"
 #include "server/sequence/sequence_job.h"

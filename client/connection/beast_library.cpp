@@ -1,4 +1,4 @@
-// The whole of Boost.Asio and Boost.Beast that is not a template, for transport.cpp.
+// The whole of Boost.Asio and Boost.Beast that is not a template, for this folder.
 #define BOOST_ASIO_SEPARATE_COMPILATION
 #define BOOST_BEAST_SEPARATE_COMPILATION
 

@@ -1,7 +1,7 @@
 // Files that are sent to the server, over HTTP.
 
 // Before any header of Boost: else the library is compiled twice, differently.
-#include "client/cli/link.h"
+#include "client/connection/link.h"
 
 #include <boost/beast/http/file_body.hpp>
 #include <boost/beast/http/parser.hpp>

@@ -1,10 +1,13 @@
-// The CLI's connection to goniod: one WebSocket, binary protobuf. Boost stays in transport.cpp.
+// A client's connection to goniod: one WebSocket, binary protobuf; files over HTTP beside it. Boost stays in the .cpp
+// files.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "ies/core/result.h"
@@ -39,12 +42,15 @@ public:
         std::string token;
         bool video = false;
         bool state = false;
-        std::string role;  // empty: controller
+        std::string role;              // empty: controller
+        std::string client = "gonio";  // its name in the server's log
     };
     // Connects, upgrades, identifies and waits for Ready. Errors: "unreachable", "untrusted" (its certificate),
     // "refused" (the server is there but says no).
     static Result<std::unique_ptr<Connection>> open(const ServerAddress& address, const Wanted& wanted);
     virtual ~Connection() = default;
+    // What the server said of itself when it let this client in.
+    virtual const v1::Ready& ready() const = 0;
 
     // Result: the answer to `message`, at most 120 s after it was sent or after the server last told of its progress.
     // Errors: "unreachable"; what the server refuses: a Result other than "ok".
@@ -60,9 +66,17 @@ public:
     virtual int descriptor() = 0;
 };
 
+// A machine or a network that is gone ends the connection after some 25 s, although it closes nothing.
+void end_when_silent(int descriptor);
+
 // Sends the file to the server under the name, for `load scene upload:NAME`. Errors: "file_unreadable", "unreachable",
 // "untrusted", "refused".
 Result<bool> upload(const ServerAddress& address, const std::string& token, const std::string& file,
                     const std::string& name);
+
+// Gets what lies at a path of the server, at most most_bytes, and gives it to `take` as it comes; false ends it.
+// Errors: "unreachable", "untrusted", "refused" (with the HTTP status as place), "too_large", "given_up".
+Result<bool> fetch(const ServerAddress& address, const std::string& token, const std::string& path,
+                   std::uint64_t most_bytes, const std::function<bool(std::string_view)>& take);
 
 }  // namespace gonio

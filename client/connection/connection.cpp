@@ -1,9 +1,12 @@
-#include "client/cli/transport.h"
+#include "client/connection/connection.h"
 
 // Before any header of Boost: else the library is compiled twice, differently.
-#include "client/cli/link.h"
+#include "client/connection/link.h"
 
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <pwd.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -60,7 +63,7 @@ public:
         socket_.binary(true);
 
         v1::ClientMessage identify;
-        identify.mutable_identify()->set_client("gonio");
+        identify.mutable_identify()->set_client(wanted.client);
         identify.mutable_identify()->set_video(wanted.video);
         identify.mutable_identify()->set_state(wanted.state);
         identify.mutable_identify()->set_token(wanted.token);
@@ -70,9 +73,14 @@ public:
         for (;;) {
             auto event = read(kReplyTime);
             if (!event) return event.error();
-            if (event->message.has_ready()) return true;
+            if (event->message.has_ready()) {
+                ready_ = std::move(*event->message.mutable_ready());
+                return true;
+            }
         }
     }
+
+    const v1::Ready& ready() const override { return ready_; }
 
     Result<v1::ServerMessage> ask(v1::ClientMessage message, const OnProgress& on_progress) override {
         message.set_request_id(++last_request_id_);
@@ -162,6 +170,7 @@ private:
     websocket::stream<Stream> socket_ = std::make_from_tuple<websocket::stream<Stream>>(link_.arguments());
     beast::flat_buffer buffer_;
     std::string where_;
+    v1::Ready ready_;
     std::uint32_t last_request_id_ = 0;
     bool reading_ = false;               // of next_arrived()
     std::optional<error_code> arrived_;  // how that read ended
@@ -196,6 +205,16 @@ Result<ServerAddress> parse_server_url(std::string_view url) {
         address.port.find_first_not_of("0123456789") != std::string::npos)
         return refusal("A server is written like http://127.0.0.1:8080.");
     return address;
+}
+
+void end_when_silent(int descriptor) {
+    constexpr int kOn = 1, kIdleS = 10, kIntervalS = 5, kProbes = 3;
+    constexpr unsigned kUnacknowledgedMs = 25'000;
+    setsockopt(descriptor, SOL_SOCKET, SO_KEEPALIVE, &kOn, sizeof kOn);
+    setsockopt(descriptor, IPPROTO_TCP, TCP_KEEPIDLE, &kIdleS, sizeof kIdleS);
+    setsockopt(descriptor, IPPROTO_TCP, TCP_KEEPINTVL, &kIntervalS, sizeof kIntervalS);
+    setsockopt(descriptor, IPPROTO_TCP, TCP_KEEPCNT, &kProbes, sizeof kProbes);
+    setsockopt(descriptor, IPPROTO_TCP, TCP_USER_TIMEOUT, &kUnacknowledgedMs, sizeof kUnacknowledgedMs);
 }
 
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #if defined(BOOST_ASIO_DETAIL_CONFIG_HPP) || defined(BOOST_BEAST_CORE_DETAIL_CONFIG_HPP)
-#error "Include client/cli/link.h before any header of Boost: else the library is compiled twice, differently."
+#error "Include client/connection/link.h before any header of Boost: else the library is compiled twice, differently."
 #endif
 
 // Compiled once, in beast_library.cpp.
@@ -22,7 +22,7 @@
 #include <chrono>
 #include <optional>
 
-#include "client/cli/transport.h"
+#include "client/connection/connection.h"
 
 namespace gonio {
 
