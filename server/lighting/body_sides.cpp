@@ -14,21 +14,22 @@ glm::vec3 axis_of(unsigned side) {
     return axis;
 }
 
-// ids: kSideLinks. Result: what comes straight from emissive surfaces, lux.
-glm::vec3 follow_links(const Surface& surface, const glm::vec3& from, const glm::vec3& axis, std::uint16_t* ids) {
+// ids: of as many links. Result: what comes straight from emissive surfaces, lux.
+glm::vec3 follow_links(const Surface& surface, const glm::vec3& from, const glm::vec3& axis,
+                       std::span<std::uint16_t> ids) {
     const trace::Geometry& geometry = *surface.geometry;
     glm::vec3 emitted(0.0f);
     trace::HitPacket hits;
-    for (unsigned k = 0; k < kSideLinks; k += trace::kPacket) {
+    for (unsigned k = 0; k < ids.size(); k += trace::kPacket) {
         const transport::Fan fan = transport::make_fan(from, axis, axis, transport::fan_directions(2, k));
-        const unsigned met = transport::follow(fan, geometry, surface.surfels, *surface.cells, hits, ids + k);
+        const unsigned met = transport::follow(fan, geometry, surface.surfels, *surface.cells, hits, ids.data() + k);
         if (surface.emitters.emitters.empty()) continue;
         for (int i = 0; i < trace::kPacket; ++i)
             if ((met >> i & 1u) != 0 && glm::dot(hits.normal(i), fan.rays.along(i)) < 0.0f)
                 emitted += geometry.emission_at(static_cast<int>(hits.instance[i]), static_cast<int>(hits.triangle[i]),
                                                 hits.u[i], hits.v[i]);
     }
-    return emitted * (std::numbers::pi_v<float> / kSideLinks);
+    return emitted * (std::numbers::pi_v<float> / static_cast<float>(ids.size()));
 }
 
 }  // namespace
@@ -48,7 +49,9 @@ void BodySides::update(const std::shared_ptr<const Surface>& surface,
             for (unsigned side = 0; side < kSides && part < fit; ++side)
                 around[side] = static_cast<std::uint16_t>(first + part * kSides + side);
         }
-        ids_.assign(middles.size() * kSides * kSideLinks, static_cast<std::uint16_t>(surface->surfels.count));
+        links_ = kMostSideLinks;
+        while (links_ > kLeastSideLinks && middles.size() * kSides * links_ > kMostBodyLinks) links_ /= 4;
+        ids_.assign(middles.size() * kSides * links_, static_cast<std::uint16_t>(surface->surfels.count));
         emitted_lx_.assign(middles.size() * kSides, glm::vec4(0.0f));
     }
     std::vector<std::size_t> moved;
@@ -59,8 +62,8 @@ void BodySides::update(const std::shared_ptr<const Surface>& surface,
         const std::size_t part = moved[static_cast<std::size_t>(job)];
         for (unsigned side = 0; side < kSides; ++side) {
             const std::size_t at = part * kSides + side;
-            emitted_lx_[at] = glm::vec4(
-                follow_links(*surface_, middles_[part]->position, axis_of(side), ids_.data() + at * kSideLinks), 0.0f);
+            const std::span<std::uint16_t> ids(ids_.data() + at * links_, links_);
+            emitted_lx_[at] = glm::vec4(follow_links(*surface_, middles_[part]->position, axis_of(side), ids), 0.0f);
         }
     });
 }
@@ -91,9 +94,9 @@ std::vector<glm::vec4> BodySides::with_sides(std::span<const glm::vec4> values, 
     std::vector<glm::vec4> all = before_sides(values);
     for (std::size_t at = 0; at < emitted_lx_.size(); ++at) {
         glm::vec4 sum(0.0f);
-        for (std::size_t k = at * kSideLinks; k < (at + 1) * kSideLinks && !sent.empty(); ++k)
+        for (std::size_t k = at * links_; k < (at + 1) * links_ && !sent.empty(); ++k)
             if (ids_[k] < sent.size()) sum += sent[ids_[k]];
-        all.push_back(sum / static_cast<float>(kSideLinks));
+        all.push_back(sum / static_cast<float>(links_));
     }
     return all;
 }

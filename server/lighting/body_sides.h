@@ -14,7 +14,10 @@
 
 namespace gonio::lighting {
 
-inline constexpr unsigned kSides = 6, kSideLinks = 256;  // links of each
+inline constexpr unsigned kSides = 6;
+// Links of each side: of so many parts as fit into kMostBodyLinks in all, of more a quarter, and again.
+inline constexpr unsigned kMostSideLinks = 256, kLeastSideLinks = 16;
+inline constexpr std::size_t kMostBodyLinks = std::size_t{1} << 19;
 
 // The middle of a part of a body and how far it reaches from there, local, m.
 struct BodyMiddle {
@@ -49,7 +52,8 @@ private:
     std::shared_ptr<const transport::Transport::Surface> surface_;
     std::vector<std::optional<BodyMiddle>> middles_;
     std::vector<std::array<std::uint16_t, transport::kNeighbours>> around_;
-    std::vector<std::uint16_t> ids_;     // of the surfels that links meet, by part, side and link
+    unsigned links_ = kMostSideLinks;    // of each side
+    std::vector<std::uint16_t> ids_;     // of the surfels that they meet, by part, side and link
     std::vector<glm::vec4> emitted_lx_;  // by part and side
 };
 

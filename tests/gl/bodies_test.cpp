@@ -77,7 +77,7 @@ TEST(Bodies, IndirectLightOfASphere) {
     scene.asset = with_box_body(*sphere.asset, {0.5, -0.2, -0.4}, 0.5);
     scene.traced = nullptr, scene.drawn = nullptr;
     scene.camera = {{-0.6, 0.5, 1.2}, {0.5, -0.2, -0.4}, 0.6};
-    scene.width_px = scene.height_px = 64;
+    scene.width_px = scene.height_px = 32;
     const double expected = kRho * 100.0 / (kRadius * kRadius) / (1.0 - kRho);
     for (const auto way : {Renderer::DirectLight::rays, Renderer::DirectLight::gl}) {
         Renderer renderer(context(), way);
@@ -85,9 +85,9 @@ TEST(Bodies, IndirectLightOfASphere) {
         renderer.set_refinement(true);
         const auto in_the_middle = [&] {
             const std::vector<glm::vec3> lux = renderer.live_illuminance(scene, true);
-            for (int y = 26; y < 38; ++y)
-                for (int x = 26; x < 38; ++x)
-                    EXPECT_NEAR(lux[static_cast<std::size_t>(y * 64 + x)].g, expected, 0.04 * expected)
+            for (int y = 13; y < 19; ++y)
+                for (int x = 13; x < 19; ++x)
+                    EXPECT_NEAR(lux[static_cast<std::size_t>(y * 32 + x)].g, expected, 0.04 * expected)
                         << x << " " << y;
         };
         bool settled = false;

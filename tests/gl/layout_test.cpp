@@ -65,6 +65,8 @@ TEST(Programs, EveryOptionSetCompiles) {
         make("passes/mesh.vert", "passes/rsm.frag", cube);
         make("passes/mesh.vert", (bits & 1) != 0 ? "passes/shadow.frag" : "", cube);
     }
+    make("passes/mesh.vert", "passes/gbuffer.frag", {{"CELLS", "2"}, {"BODY", "1"}});
+    make("passes/mesh.vert", "passes/gbuffer.frag", {{"CELLS", "3"}, {"EMISSIVE", "1"}, {"BODY", "1"}});
     for (int view = 0; view < 10; ++view) {
         for (int bits = 0; bits < 4; ++bits) {
             gl::Defines defines = {{"VIEW", std::to_string(view)}};

@@ -19,6 +19,7 @@
 #include "server/scene/orientation.h"
 #include "server/trace/bodies.h"
 #include "server/trace/reference.h"
+#include "tests/scenes/write_glb.h"
 #include "tests/unit/exchange_test_support.h"
 
 namespace gonio {
@@ -270,6 +271,61 @@ TEST(BodyImport, AFocusPointTurnsHeadsAndWholeBodies) {
     const glm::dmat4 place = *body_places(scene_of(par))[0];
     expect_near(direction(place, {0, 0, -1}), aim_of(par->lights[0].world_from_light), 1e-9);
     expect_near(point(place, {0, 0, 0}), par->lights[0].position, 1e-9);
+}
+
+// A .glb is Y up and in metres: what is high there is GDTF's Z. It emits nothing here, whatever its material says.
+TEST(BodyImport, AGlbStandsUprightAndHasItsModelsSize) {
+    SceneAsset tower;
+    Mesh box;
+    add_box(box, {-0.5, 0.0, -1.5}, {0.5, 2.0, 1.5});
+    const int material = add_material(tower, "paint", glm::vec3(0.3f));
+    tower.materials[0].emissive_nit = glm::vec3(100.0f);
+    add_instance(tower, add_mesh(tower, std::move(box), material), "tower");
+    measure(tower);
+    const auto glb = test::write_glb(tower);
+    ASSERT_TRUE(glb);
+    const std::string text =
+        test::gdtf_text({.geometries = "<Geometry Name='Base' Model='Tower'><Beam Name='Lens'/></Geometry>",
+                         .modes = mode_text("Base", channel_text("Base", "Dimmer", "1")),
+                         .models = "<Model Name='Tower' Length='2' Width='0.3' Height='0.4' File='tower'/>"});
+    const auto asset =
+        imported(*write_zip(std::vector<ZipFile>{{"description.xml", text}, {"models/gltf/tower.glb", *glb}}));
+    ASSERT_TRUE(asset->bodies);
+    const SceneAsset& shown = asset->bodies->shown;
+    const Bounds box_m = box_of(shown, 0, glm::dmat4(1.0));
+    expect_near(box_m.min, {-1, -0.15, 0}, 1e-6);
+    expect_near(box_m.max, {1, 0.15, 0.4}, 1e-6);
+    for (const Material& one : shown.materials) EXPECT_EQ(one.emissive_nit, glm::vec3(0.0f));
+}
+
+// Two heads that tilt on one foot, each with a light: each follows its own, the foot the first one's place alone.
+TEST(BodyImport, PartsFollowTheLightBelowThem) {
+    const auto head = [](const std::string& name, const std::string& x) {
+        return "<Axis Name='" + name + "' Model='Barrel' Position='{1,0,0," + x +
+               "}{0,1,0,0}{0,0,1,-0.2}{0,0,0,1}'><Beam Name='Lens" + name + "'/></Axis>";
+    };
+    const std::string text = test::gdtf_text(
+        {.geometries = "<Geometry Name='Base' Model='Foot'>" + head("A", "-0.3") + head("B", "0.3") + "</Geometry>",
+         .modes = mode_text("Base",
+                            channel_text("A", "Tilt", "1", "-90", "90") + channel_text("B", "Tilt", "2", "-90", "90")),
+         .models = "<Model Name='Foot' Length='0.8' Width='0.2' Height='0.1' PrimitiveType='Cube'/>"
+                   "<Model Name='Barrel' Length='0.2' Width='0.2' Height='0.4' PrimitiveType='Cylinder'/>"});
+    const auto asset = imported(*write_zip(std::vector<ZipFile>{{"description.xml", text}}));
+    ASSERT_EQ(asset->lights.size(), 2u);
+    ASSERT_TRUE(asset->bodies);
+    ASSERT_EQ(asset->bodies->mounts.size(), 2u);
+    Scene scene = scene_of(asset);
+    const BodyPlaces before = body_places(scene);
+    ASSERT_EQ(before.size(), 3u);
+    v1::Command command;
+    command.mutable_set_light()->set_name(scene.lights[1].name);
+    command.mutable_set_light()->set_tilt_rad(0.5);
+    ASSERT_TRUE(apply(scene, command, {}));
+    const BodyPlaces after = body_places(scene);
+    EXPECT_EQ(after[0], before[0]);
+    EXPECT_EQ(after[1], before[1]);
+    expect_near(direction(*after[2], {0, 0, -1}), {0, -std::cos(0.5), -std::sin(0.5)}, 1e-6);
+    expect_near(point(*after[2], {0.3, 0, -0.2}), point(*before[2], {0.3, 0, -0.2}), 1e-9);
 }
 
 TEST(BodyImport, WhatIsMissingIsNamed) {
