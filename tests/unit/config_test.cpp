@@ -389,5 +389,37 @@ TEST_F(ConfigTest, ATokenIsWhatHttpCanCarry) {
     EXPECT_FALSE(read_token(folder.string()));
 }
 
+TEST_F(ConfigTest, AFollowerTakesNothingThatItsLeaderSays) {
+    const std::string leader = "http://127.0.0.1:1";
+    auto options = parse({"--follow", leader});
+    ASSERT_TRUE(options) << err;
+    EXPECT_FALSE(options->surfaces) << "fader boxes are the leader's";
+    for (const std::vector<std::string>& of_leader : std::vector<std::vector<std::string>>{{"--scene", "cornell"},
+                                                                                           {"--size", "64x64"},
+                                                                                           {"--scale", "2"},
+                                                                                           {"--technique", "seed"},
+                                                                                           {"--samples", "100"},
+                                                                                           {"--state", "x.json"},
+                                                                                           {"--shows", folder},
+                                                                                           {"--gels", ""},
+                                                                                           {"--patch", ""},
+                                                                                           {"--sacn", "127.0.0.1"},
+                                                                                           {"--artnet", "127.0.0.1"},
+                                                                                           {"--osc", "127.0.0.1"}}) {
+        EXPECT_FALSE(parse({"--follow", leader, of_leader[0], of_leader[1]}));
+        EXPECT_EQ(exit_code, 78);
+        EXPECT_NE(err.find(of_leader[0] + " does not go with --follow"), std::string::npos) << err;
+    }
+    EXPECT_FALSE(parse({"--config", file("follow = \"" + leader + "\"\nscene = \"atrium\"\n")}));
+    EXPECT_NE(err.find("line 2: --scene does not go"), std::string::npos) << err;
+    for (const char* none : {"ftp://x", "http://", "http://x:port"}) {
+        EXPECT_FALSE(parse({"--follow", none}));
+        EXPECT_NE(err.find("--follow"), std::string::npos) << err;
+    }
+    EXPECT_FALSE(parse({"--follow", leader, "--max-upload-mib", "0"}));
+    EXPECT_FALSE(parse({"--follow-token-file", file("0123456789abcdef", "token")})) << "without --follow";
+    EXPECT_TRUE(parse({"--follow", leader, "--follow-token-file", file("0123456789abcdef", "token")})) << err;
+}
+
 }  // namespace
 }  // namespace gonio

@@ -55,7 +55,8 @@ protected:
         v1::SetLight& set = add ? *command.mutable_add_light()->mutable_light() : *command.mutable_set_light();
         set.set_name(name);
         set.set_gel(seed > 2 ? "L204" : "L201");
-        for (const LightRow& light_row : light_rows()) {  // another share of its range for each number
+        for (const LightRow& light_row : light_rows()) {         // another share of its range for each number
+            if (light_row.property == Property::gobo) continue;  // these profiles have no wheel
             const PropertyRow& row = row_of(light_row.property);
             Numbers numbers{};
             double share = 0.3 + seed / 10 + 0.01 * static_cast<double>(&light_row - light_rows().data());
