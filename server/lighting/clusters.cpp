@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/lighting/kernels.h"
+#include "server/lighting/posed_bodies.h"
 
 namespace gonio::lighting {
 namespace {
@@ -114,8 +115,10 @@ Clusters make_clusters(const trace::Geometry& geometry) {
 }
 
 std::shared_ptr<const Drawn> make_drawn(const std::shared_ptr<const trace::Geometry>& geometry, bool clustered) {
-    return std::make_shared<const Drawn>(
-        Drawn{geometry, make_material_table(*geometry), clustered, clustered ? make_clusters(*geometry) : Clusters()});
+    const std::shared_ptr<const Bodies>& bodies = geometry->asset().bodies;
+    return std::make_shared<const Drawn>(Drawn{geometry, make_material_table(*geometry), clustered,
+                                               clustered ? make_clusters(*geometry) : Clusters(),
+                                               bodies ? std::make_shared<const PosedBodies>(bodies) : nullptr});
 }
 
 }  // namespace gonio::lighting

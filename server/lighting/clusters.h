@@ -44,12 +44,14 @@ struct Clusters {
 Clusters make_clusters(const SceneAsset& asset, const PositionsOf& positions);
 Clusters make_clusters(const trace::Geometry& geometry);
 
+class PosedBodies;
 // What the CPU's passes read of a scene.
 struct Drawn {
     std::shared_ptr<const trace::Geometry> geometry;
     MaterialTable material_table;
     bool clustered;  // else no clusters were asked for
     Clusters clusters;
+    std::shared_ptr<const PosedBodies> bodies;  // that are nowhere yet; null: there are none
 };
 // In a second for a million triangles. Any thread.
 std::shared_ptr<const Drawn> make_drawn(const std::shared_ptr<const trace::Geometry>& geometry, bool clustered);

@@ -38,9 +38,9 @@ void Renderer::inspect_with(std::function<void(const Inspected&)> visit) {
 // Brings GPU objects in line with the scene: geometry, lights' maps, the live target.
 void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
     prepare_geometry(scene, live);
-    if (bodies_) bodies_->place(scene, traced_->origin());
     // Where shaders shade, rays want a G-buffer of the CPU's for what is summed and for what rests alone.
     prepare_drawn(direct_by_rays_ || refines_ || scene.lights.size() > kMostLayers);
+    if (bodies_) bodies_->place(scene, traced_->origin());
     if (scene.technique == Technique::standard && bounces) prepare_transport(scene);
     std::erase_if(lights_, [&](const auto& entry) {
         const bool gone = live && std::none_of(scene.lights.begin(), scene.lights.end(),
@@ -69,6 +69,8 @@ void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
 
 void Renderer::prepare_drawn(bool clustered) {
     if (!drawn_ || (clustered && !drawn_->clustered)) drawn_ = lighting::make_drawn(traced_, clustered);
+    if (drawn_->bodies && !bodies_)
+        bodies_ = std::make_unique<ShownBodies>(geometry_->asset().bodies, *drawn_->bodies, *geometry_);
 }
 
 void Renderer::prepare_target(const Scene& scene) {

@@ -34,7 +34,7 @@ std::deque<Known>& known_transports() {
 void Renderer::prepare_geometry(const Scene& scene, bool live) {
     if (!geometry_ || &geometry_->asset() != scene.asset.get()) {
         geometry_ = std::make_unique<GpuScene>(scene.asset);
-        bodies_ = scene.asset->bodies ? std::make_unique<ShownBodies>(scene.asset->bodies, *geometry_) : nullptr;
+        bodies_.reset();
         traced_ = trace::geometry_of(scene);
         builder_.reset();
         transport_.reset();

@@ -5,9 +5,10 @@
 
 namespace gonio {
 
-ShownBodies::ShownBodies(std::shared_ptr<const Bodies> bodies, const GpuScene& within)
+ShownBodies::ShownBodies(std::shared_ptr<const Bodies> bodies, const lighting::PosedBodies& posed,
+                         const GpuScene& within)
     : bodies_(std::move(bodies)),
-      posed_(bodies_),
+      posed_(posed),
       gpu_(std::shared_ptr<const SceneAsset>(bodies_, &bodies_->shown), within),
       places_(bodies_->parts.size()),
       middles_(bodies_->parts.size()) {

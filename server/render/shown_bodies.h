@@ -18,8 +18,8 @@ namespace gonio {
 
 class ShownBodies {
 public:
-    // within: whose targets they are drawn into.
-    ShownBodies(std::shared_ptr<const Bodies> bodies, const GpuScene& within);
+    // posed: of the same, nowhere yet. within: whose targets they are drawn into.
+    ShownBodies(std::shared_ptr<const Bodies> bodies, const lighting::PosedBodies& posed, const GpuScene& within);
 
     // Brings them to where the scene's lights are. origin: of local coordinates. What has not moved costs nothing.
     void place(const Scene& scene, const glm::dvec3& origin);

@@ -19,7 +19,7 @@ std::vector<double> metered_values(const Scene& scene, Quantity quantity) {
     PictureRequest request;
     request.camera = scene.camera;
     request.quantity = quantity;
-    request.openings = false;  // what they light tells the exposure
+    request.openings = request.bodies = false;  // what they light tells the exposure
     const auto side_px = [&](int own, int other) { return std::clamp(kSide_px * own / other, kSide_px, 4 * kSide_px); };
     request.width_px = side_px(scene.width_px, scene.height_px);
     request.height_px = side_px(scene.height_px, scene.width_px);

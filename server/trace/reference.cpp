@@ -394,7 +394,7 @@ Picture::Picture(std::shared_ptr<const World> world, const PictureRequest& reque
     : data_(new Data) {
     Data& d = *data_;
     d.world = std::move(world);
-    d.bodies = body_geometry(d.world->bodies, *d.world->geometry);
+    if (request.bodies) d.bodies = body_geometry(d.world->bodies, *d.world->geometry);
     d.request = request;
     d.settings = settings;
     d.eye = eye_of(request.camera, request.width_px, request.height_px);

@@ -79,6 +79,7 @@ struct PictureRequest {
     bool antialias = false;  // a box filter over the pixel; else rays through pixel centres, as the interactive picture
     bool planes = false;     // planes() is asked for; of radiance only
     bool openings = true;    // luminaires' luminous openings are seen; of radiance only
+    bool bodies = true;      // so are their bodies
 };
 
 inline constexpr std::uint32_t kLeastPassesOfNoise = 8;  // fewer do not tell it
