@@ -58,6 +58,8 @@ constexpr PartRow kParts[] = {
 };
 static_assert(std::size(kParts) == kShowParts);
 
+constexpr double kMostFileBytes = 9007199254740992.0;  // 2^53: whole numbers up to here are exact
+
 Error bad(const char* field, const std::string& value, std::string message) {
     return {"bad_message", std::string("followed.") + field, shortened_text(value, 80), std::move(message)};
 }
@@ -309,7 +311,7 @@ v1::Followed followed_of(const Scene& scene, const std::string& boot, Revision s
             v1::SceneFile& told = *followed.add_files();
             told.set_path(file.path);
             told.set_sha256(file.sha256);
-            told.set_bytes(file.bytes);
+            told.set_bytes(static_cast<double>(file.bytes));
         }
     return followed;
 }
@@ -360,7 +362,9 @@ Result<FollowedShow> read_followed(const v1::Followed& followed) {
         if (!is_safe_path(file.path()) || !paths.insert(file.path()).second)
             return bad("files.path", file.path(), "must be a relative path of plain names, each once");
         if (!is_sha256(file.sha256())) return bad("files.sha256", file.sha256(), "must be a SHA-256");
-        read.files.push_back({file.path(), file.sha256(), file.bytes()});
+        if (!(file.bytes() >= 0.0 && file.bytes() <= kMostFileBytes))
+            return bad("files.bytes", print_number(file.bytes()), "must be a number from 0 to 2^53");
+        read.files.push_back({file.path(), file.sha256(), static_cast<std::uint64_t>(file.bytes())});
     }
     if (read.parts.has(ShowPart::scene) && read.files.empty() != is_built_in(read.show.scene()))
         return bad("files", read.show.scene(), "the scene has no files, and is no built-in one");

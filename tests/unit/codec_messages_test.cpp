@@ -30,6 +30,9 @@ void fill(Message& message, int depth = 0) {
                     field->is_repeated() ? reflection->AddUInt32(&message, field, static_cast<std::uint32_t>(number))
                                          : reflection->SetUInt32(&message, field, 4'000'000'000u);
                     break;
+                case FieldDescriptor::CPPTYPE_INT32:
+                    reflection->SetInt32(&message, field, -2'000'000'000);
+                    break;
                 case FieldDescriptor::CPPTYPE_DOUBLE:
                     field->is_repeated() ? reflection->AddDouble(&message, field, number + 0.1)
                                          : reflection->SetDouble(&message, field, -number / 3.0);
