@@ -188,7 +188,8 @@ void add_input_options(CLI::App& app, Options& options, OptionTexts& text) {
     app.add_option("--gels", options.gel_file, "GELS.csv: colour filters beside the built-in ones (docs/gels.md)")
         ->check(check_file_if_any);
     app.add_option("--follow", options.follow,
-                   "URL of another goniod: shows what that one shows, and refuses all changes (docs/followers.md)");
+                   "URL of another goniod: shows what that one shows, and refuses all changes (docs/followers.md)")
+        ->check([](const std::string& url) { return url.empty() ? "needs the URL of a goniod" : ""; });
     app.add_option("--follow-token-file", options.follow_token_file,
                    "file that holds the token which that one asks for; its viewers' is enough");
     app.add_option("--follow-ca", options.follow_ca, "of https: the authorities to trust instead of the system's (PEM)")

@@ -25,6 +25,13 @@ Error unwritable(const std::string& path, const std::string& why) {
     return {"file_unwritable", "follow", path, "The file cannot be written: " + why + "."};
 }
 
+// Whether a folder of this name is one that folder_of() made. The folder may hold what is somebody else's.
+bool is_scene_folder(const fs::path& path) {
+    const std::string name = path.filename().string();
+    return name.starts_with(kScene) && is_sha256(name.substr(std::strlen(kScene))) && !fs::is_symlink(path) &&
+           fs::is_directory(path);
+}
+
 bool write_all(int fd, std::string_view bytes) {
     while (!bytes.empty()) {
         const ssize_t done = ::write(fd, bytes.data(), bytes.size());
@@ -126,12 +133,11 @@ Result<std::string> BlobCache::folder_of(const std::vector<AssetFile>& files) {
                      "the scene's files have more than --max-uploads-mib"};
     std::error_code failed;
     for (const auto& entry : fs::directory_iterator(folder_, failed))
-        if (entry.path().filename().string().starts_with(kScene)) fs::remove_all(entry.path(), failed);
+        if (is_scene_folder(entry.path())) fs::remove_all(entry.path(), failed);
     const fs::path folder = fs::path(folder_) / (kScene + sha256(all));
     for (const AssetFile& one : files) {
         auto path = file(one.sha256);
-        struct stat status {};
-        if (path && ::stat(path->c_str(), &status) == 0 && static_cast<std::uint64_t>(status.st_size) != one.bytes) {
+        if (path && sha256_of_file(*path).sha256 != one.sha256) {
             ::unlink(path->c_str());  // the disk has not kept it
             path = file(one.sha256);
         }

@@ -87,6 +87,24 @@ TEST_F(Blobs, ThatTheDiskDidNotKeepAreFetchedAgain) {
     ASSERT_TRUE(scene);
     EXPECT_EQ(text(*scene + "/a.glb"), "some light");
     EXPECT_EQ(fetched, 3);
+    std::ofstream(folder + "/" + hash) << "SOME LIGHT";  // as long
+    const auto again = cache().folder_of({{"a.glb", hash, 10}});
+    ASSERT_TRUE(again);
+    EXPECT_EQ(text(*again + "/a.glb"), "some light");
+    EXPECT_EQ(fetched, 4);
+}
+
+TEST_F(Blobs, LeaveWhatIsNotTheirs) {
+    const std::string hash = there("some light");
+    const std::string backup = folder + "/scene-backup", notes = folder + "/scene-notes.txt";
+    fs::create_directories(backup);
+    std::ofstream(backup + "/mine.txt") << "precious";
+    std::ofstream(notes) << "precious";
+    std::ofstream(folder + "/scene-" + hash) << "a file";
+    ASSERT_TRUE(cache().folder_of({{"a.glb", hash, 10}}));
+    EXPECT_EQ(text(backup + "/mine.txt"), "precious");
+    EXPECT_EQ(text(notes), "precious");
+    EXPECT_EQ(text(folder + "/scene-" + hash), "a file");
 }
 
 TEST_F(Blobs, TheOldestGoesWhereThereAreTooMany) {

@@ -416,6 +416,7 @@ TEST_F(ConfigTest, AFollowerTakesNothingThatItsLeaderSays) {
         EXPECT_FALSE(parse({"--follow", none}));
         EXPECT_NE(err.find("--follow"), std::string::npos) << err;
     }
+    EXPECT_FALSE(parse({"--follow", ""})) << "as of a variable that nobody has set";
     EXPECT_FALSE(parse({"--follow", leader, "--max-upload-mib", "0"}));
     EXPECT_FALSE(parse({"--follow-token-file", file("0123456789abcdef", "token")})) << "without --follow";
     EXPECT_TRUE(parse({"--follow", leader, "--follow-token-file", file("0123456789abcdef", "token")})) << err;
