@@ -1,13 +1,9 @@
 // A connection to goniod's port, plain or under TLS; the caller waits for each operation. Only for .cpp files.
 #pragma once
 
-#if defined(BOOST_ASIO_DETAIL_CONFIG_HPP) || defined(BOOST_BEAST_CORE_DETAIL_CONFIG_HPP)
-#error "Include client/connection/link.h before any header of Boost: else the library is compiled twice, differently."
+#if !defined(BOOST_ASIO_SEPARATE_COMPILATION) || !defined(BOOST_BEAST_SEPARATE_COMPILATION)
+#error "Link gonio_beast: else the library is compiled twice, differently."
 #endif
-
-// Compiled once, in beast_library.cpp.
-#define BOOST_ASIO_SEPARATE_COMPILATION
-#define BOOST_BEAST_SEPARATE_COMPILATION
 
 #include <algorithm>
 #include <boost/asio/connect.hpp>

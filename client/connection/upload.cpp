@@ -1,6 +1,5 @@
 // Files that are sent to the server, over HTTP.
 
-// Before any header of Boost: else the library is compiled twice, differently.
 #include "client/connection/link.h"
 
 #include <boost/beast/http/file_body.hpp>

@@ -1,13 +1,9 @@
-// Boost.Asio and Boost.Beast as this folder uses them: compiled once, in beast_library.cpp. Included by .cpp files and
-// sessions.h only.
+// Boost.Asio and Boost.Beast as this folder uses them. Included by .cpp files and sessions.h only.
 #pragma once
 
-#if defined(BOOST_ASIO_DETAIL_CONFIG_HPP) || defined(BOOST_BEAST_CORE_DETAIL_CONFIG_HPP)
-#error "Include server/http/sessions.h before any header of Boost: else the library is compiled twice, differently."
+#if !defined(BOOST_ASIO_SEPARATE_COMPILATION) || !defined(BOOST_BEAST_SEPARATE_COMPILATION)
+#error "Link gonio_beast: else the library is compiled twice, differently."
 #endif
-
-#define BOOST_ASIO_SEPARATE_COMPILATION
-#define BOOST_BEAST_SEPARATE_COMPILATION
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>

@@ -1,6 +1,0 @@
-// The whole of Boost.Asio and Boost.Beast that is not a template.
-#include "server/http/beast.h"
-
-#include <boost/asio/impl/src.hpp>
-#include <boost/asio/ssl/impl/src.hpp>
-#include <boost/beast/src.hpp>
