@@ -4,8 +4,8 @@
 #include <cmath>
 #include <map>
 
+#include "server/lighting/packed_normal.h"
 #include "server/trace/texture.h"
-#include "shaders/lib/as_cpp.h"
 
 namespace gonio::lighting {
 namespace {
@@ -46,15 +46,6 @@ void add_texels(const Level& level, std::vector<std::uint32_t>& texels) {
     };
     for (const glm::vec3& c : level.rgb)
         texels.push_back(part(c.r, 2047.0f) | part(c.g, 2047.0f) << 11 | part(c.b, 1023.0f) << 22);
-}
-
-// Octahedral, 2 snorm16, as the G-buffer holds normals. n: unit.
-std::uint32_t pack_normal(const glm::vec3& n) {
-    const glm::vec2 e = glsl::octahedral_encode(n);
-    const auto part = [](float x) {
-        return static_cast<std::uint32_t>(static_cast<std::uint16_t>(std::lround(x * 32767.0f)));
-    };
-    return part(e.x) | part(e.y) << 16;
 }
 
 struct Builder {

@@ -1,28 +1,10 @@
 #include "server/lighting/posed_bodies.h"
 
 #include <algorithm>
-#include <cmath>
 
-#include "server/lighting/kernels.h"
-#include "shaders/lib/as_cpp.h"
+#include "server/lighting/packed_normal.h"
 
 namespace gonio::lighting {
-namespace {
-
-// Of a normal, octahedral, 2 snorm16 (MaterialTable::Triangle).
-std::uint32_t turned(std::uint32_t normal, const glm::mat3& turn) {
-    const auto part = [](std::uint32_t bits) {
-        return std::max(static_cast<float>(static_cast<std::int16_t>(bits)) / 32767.0f, -1.0f);
-    };
-    const glm::vec2 e =
-        glsl::octahedral_encode(turn * glsl::octahedral_decode({part(normal & 0xffffu), part(normal >> 16)}));
-    const auto bits = [](float x) {
-        return static_cast<std::uint32_t>(static_cast<std::uint16_t>(std::lround(x * 32767.0f)));
-    };
-    return bits(e.x) | bits(e.y) << 16;
-}
-
-}  // namespace
 
 PosedBodies::PosedBodies(std::shared_ptr<const Bodies> bodies) : bodies_(std::move(bodies)) {
     const SceneAsset& shown = bodies_->shown;
@@ -67,7 +49,7 @@ void PosedBodies::place(std::size_t index, const std::optional<glm::dmat4>& loca
         for (std::uint32_t t = home.first_triangle; t < home.first_triangle + home.triangles; ++t) {
             const std::uint32_t look = home_.triangles[t].look;
             for (std::size_t k = 0; k < 3; ++k)
-                table_.triangles[look].normal[k] = turned(home_triangles_[look].normal[k], turn);
+                table_.triangles[look].normal[k] = pack_normal(turn * unpack_normal(home_triangles_[look].normal[k]));
         }
     }
 }

@@ -5,6 +5,7 @@
 
 #include "server/lighting/layers.h"
 #include "server/lighting/material_table.h"
+#include "server/lighting/packed_normal.h"
 #include "shaders/lib/as_cpp.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -178,17 +179,6 @@ void look_through(const Eye& eye, const trace::Geometry& geometry, float near_m,
     s.depth_per_pixel = static_cast<float>(glm::length(up));
 }
 
-namespace {
-
-glm::vec3 unpack(std::uint32_t normal) {
-    const auto part = [](std::uint32_t bits) {
-        return std::max(static_cast<float>(static_cast<std::int16_t>(bits)) / 32767.0f, -1.0f);
-    };
-    return glsl::octahedral_decode({part(normal & 0xffffu), part(normal >> 16)});
-}
-
-}  // namespace
-
 Spot spot_at(const GBuffer& s, int x, int y) {
     const std::size_t at = static_cast<std::size_t>(y) * s.row_length + static_cast<std::size_t>(x);
     Spot spot;
@@ -197,13 +187,13 @@ Spot spot_at(const GBuffer& s, int x, int y) {
     spot.position =
         s.rays.eye +
         (s.rays.corner + static_cast<float>(x) * s.rays.right + static_cast<float>(y) * s.rays.up) * spot.depth;
-    spot.normal = unpack(s.normal[at]);
+    spot.normal = unpack_normal(s.normal[at]);
     return spot;
 }
 
 glm::vec3 lit_normal_at(const GBuffer& s, int x, int y) {
     const std::size_t at = static_cast<std::size_t>(y) * s.row_length + static_cast<std::size_t>(x);
-    return unpack(s.detail.empty() ? s.normal[at] : s.detail[at]);
+    return unpack_normal(s.detail.empty() ? s.normal[at] : s.detail[at]);
 }
 
 namespace {
