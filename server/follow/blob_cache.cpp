@@ -26,10 +26,11 @@ Error unwritable(const std::string& path, const std::string& why) {
 }
 
 // Whether a folder of this name is one that folder_of() made. The folder may hold what is somebody else's.
-bool is_scene_folder(const fs::path& path) {
-    const std::string name = path.filename().string();
-    return name.starts_with(kScene) && is_sha256(name.substr(std::strlen(kScene))) && !fs::is_symlink(path) &&
-           fs::is_directory(path);
+bool is_scene_folder(const fs::directory_entry& entry) {
+    const std::string name = entry.path().filename().string();
+    std::error_code failed;
+    return name.starts_with(kScene) && is_sha256(name.substr(std::strlen(kScene))) &&
+           entry.symlink_status(failed).type() == fs::file_type::directory;
 }
 
 bool write_all(int fd, std::string_view bytes) {
@@ -73,7 +74,10 @@ Result<bool> BlobCache::fetch(const std::string& sha256, const std::string& path
 
 Result<std::string> BlobCache::file(const std::string& sha256) {
     std::string path = folder_ + "/" + sha256;
-    if (::utimensat(AT_FDCWD, path.c_str(), nullptr, AT_SYMLINK_NOFOLLOW) == 0) return path;  // it is used now
+    if (sha256_of_file(path).sha256 == sha256) {
+        ::utimensat(AT_FDCWD, path.c_str(), nullptr, AT_SYMLINK_NOFOLLOW);  // it is used now
+        return path;
+    }
     if (const auto fetched = fetch(sha256, path); !fetched) return fetched.error();
     make_room(sha256);
     return path;
@@ -103,18 +107,15 @@ void BlobCache::make_room(const std::string& kept) const {
 }
 
 Result<std::string> BlobCache::content(const std::string& sha256, std::uint64_t most_bytes) {
-    for (const bool again : {false, true}) {
-        const auto path = file(sha256);
-        if (!path) return path.error();
-        auto text = read_bounded_file(*path, most_bytes);
-        if (!text) return text.error();
-        if (text->size() > most_bytes)
-            return Error{"too_large", "follow", sha256, "it has more than " + std::to_string(most_bytes) + " bytes"};
-        if (gonio::sha256(*text) == sha256) return text;
-        ::unlink(path->c_str());  // the disk has not kept it
-        if (again) break;
-    }
-    return Error{"bad_hash", "follow", sha256, "the folder does not keep what is written there"};
+    const auto path = file(sha256);
+    if (!path) return path.error();
+    auto text = read_bounded_file(*path, most_bytes);
+    if (!text) return text.error();
+    if (text->size() > most_bytes)
+        return Error{"too_large", "follow", sha256, "it has more than " + std::to_string(most_bytes) + " bytes"};
+    if (gonio::sha256(*text) != sha256)
+        return Error{"bad_hash", "follow", sha256, "the folder does not keep what is written there"};
+    return text;
 }
 
 Result<std::string> BlobCache::folder_of(const std::vector<AssetFile>& files) {
@@ -133,14 +134,10 @@ Result<std::string> BlobCache::folder_of(const std::vector<AssetFile>& files) {
                      "the scene's files have more than --max-uploads-mib"};
     std::error_code failed;
     for (const auto& entry : fs::directory_iterator(folder_, failed))
-        if (is_scene_folder(entry.path())) fs::remove_all(entry.path(), failed);
+        if (is_scene_folder(entry)) fs::remove_all(entry.path(), failed);
     const fs::path folder = fs::path(folder_) / (kScene + sha256(all));
     for (const AssetFile& one : files) {
-        auto path = file(one.sha256);
-        if (path && sha256_of_file(*path).sha256 != one.sha256) {
-            ::unlink(path->c_str());  // the disk has not kept it
-            path = file(one.sha256);
-        }
+        const auto path = file(one.sha256);
         if (!path) return path.error();
         const fs::path at = folder / one.path;
         fs::create_directories(at.parent_path(), failed);

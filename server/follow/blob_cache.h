@@ -23,8 +23,8 @@ public:
     // longest time go first.
     BlobCache(std::string folder, std::uint64_t file_bytes, std::uint64_t all_bytes, Fetch fetch);
 
-    // Result: a file with this content, at most until the next call. Errors: of Fetch; "too_large"; "bad_hash" where
-    // what came has another; "file_unwritable".
+    // Result: a file with this content, at most until the next call; one that the disk has not kept is fetched again.
+    // Errors: of Fetch; "too_large"; "bad_hash" where what came has another; "file_unwritable".
     Result<std::string> file(const std::string& sha256);
     // Result: the content, which is in memory: for small files. Errors likewise.
     Result<std::string> content(const std::string& sha256, std::uint64_t most_bytes);
