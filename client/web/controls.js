@@ -163,6 +163,11 @@ export function select(prop, {label, options}) {
     return {node: input, update};
 }
 
+// A row of controls behind the name of what they choose.
+export function labelled(label, ...controls) {
+    return h("div", {class: "slider"}, h("span", {class: "label"}, label), h("span", {class: "row pair"}, ...controls));
+}
+
 // A radio group in a row; arrow keys move within it.
 export function tabs(prop, node, entries) {
     const buttons = entries.map(([value, text, title]) => h("button", {

@@ -1,7 +1,7 @@
 // What shows how the picture is made rather than what it shows: views of one luminaire's maps, techniques, samples.
 
 import {h} from "./dom.js";
-import {property, select} from "./controls.js";
+import {labelled, property, select} from "./controls.js";
 
 export const debugViews = [
     ["mask", "Mask", "IES light mask cube"],
@@ -25,7 +25,7 @@ export function debugPanel(store, node, view) {
         onclick: () => view.set(view.value() === name ? "beauty" : name)}, text));
     node.append(h("details", {}, h("summary", {}, "Debug"),
         h("div", {class: "chips wrap", role: "group", "aria-label": "Debug views"}, ...buttons),
-        h("div", {class: "slider"}, h("span", {class: "label"}, "Technique"), h("span", {class: "row pair"}, technique.node, samples.node))));
+        labelled("Technique", technique.node, samples.node)));
     return {update() {
         technique.update();
         samples.update();

@@ -1,7 +1,7 @@
 // The air: haze that absorbs and scatters light.
 
 import {h} from "./dom.js";
-import {property, select, slider} from "./controls.js";
+import {labelled, property, select, slider} from "./controls.js";
 
 // As `set haze PRESET` has them (server/scene/apply_haze.cpp).
 const kPresets = [["off", "None", 0], ["faint", "Faint", 0.003], ["show", "Show", 0.01], ["fog", "Fog", 0.1]];
@@ -27,7 +27,7 @@ export function hazePanel(store, node, connection) {
         caption: "Layer", min: 0, max: kMostLayer_m, step: 0.01, digits: 2, unit: "m",
         toTrack: (x) => Math.sqrt(x), fromTrack: (t) => (t < 0.1 ? 0 : t * t)});
     const own = h("div", {}, extinction.node, albedo.node, g.node, layer.node);
-    node.append(h("h2", {}, "Haze"), h("div", {class: "slider"}, h("span", {class: "label"}, "Haze"), h("span", {class: "row pair"}, preset.node)), own);
+    node.append(h("h2", {}, "Haze"), labelled("Haze", preset.node), own);
     return {update() {
         own.hidden = !(store.state.haze?.extinction_per_m > 0);
         [preset, extinction, albedo, g, layer].forEach((part) => part.update());

@@ -1,7 +1,7 @@
 // The look of the pictures that are not measured: tone curve, white, and an exposure as a camera has it.
 
 import {h} from "./dom.js";
-import {property, select, slider} from "./controls.js";
+import {labelled, property, select, slider} from "./controls.js";
 
 const kTones = [["knee", "Knee"], ["linear", "Linear"], ["aces", "ACES"], ["agx", "AgX"], ["neutral", "Neutral"]];
 const kD65 = 6504;
@@ -31,7 +31,7 @@ export function lookPanel(store, node, connection) {
         connection.command({set_exposure: {aperture: Number(aperture.value), shutter_s: seconds(shutter.value), iso: Number(iso.value)}});
     });
     node.append(h("h2", {}, "Look", h("span", {class: "grow"}), reset),
-        h("div", {class: "slider"}, h("span", {class: "label"}, "Tone"), h("span", {class: "row pair"}, tone.node)), white.node, tint.node, form);
+        labelled("Tone", tone.node), white.node, tint.node, form);
     return {update() {
         node.hidden = !["beauty", "direct", "indirect"].includes(store.state.view);
         [tone, white, tint].forEach((part) => part.update());

@@ -1,7 +1,7 @@
 // The luminous opening of a light: a shape and its measures in metres, or what its photometric file says.
 
 import {h, setText} from "./dom.js";
-import {number, select} from "./controls.js";
+import {labelled, number, select} from "./controls.js";
 
 // As set_light.opening has them: "disc 0.4", "box 1.2x0.3x0.1".
 const kShapes = [["file", "From the file", []], ["point", "Point", []], ["rect", "Rectangle", ["Length", "Width"]], ["disc", "Disc", ["Diameter"]],
@@ -30,7 +30,7 @@ export function openingControl(bound, shown) {
         return {node: h("span", {class: "field"}, field.node, h("span", {class: "unit"}, "m")), input: field.node, update: field.update};
     });
     const hint = h("p", {class: "hint"});
-    const node = h("div", {}, h("div", {class: "slider"}, h("span", {class: "label"}, "Opening"), h("span", {class: "pair row"}, choice.node)),
+    const node = h("div", {}, labelled("Opening", choice.node),
         h("div", {class: "row"}, ...fields.map((field) => field.node)), hint);
     return {node, update() {
         choice.update();

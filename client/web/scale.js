@@ -1,7 +1,7 @@
 // The settings of the false-colour views: range, colours, lines, threshold, one light alone, the difference from a preset.
 
 import {h, setText} from "./dom.js";
-import {number, property, select} from "./controls.js";
+import {labelled, number, property, select} from "./controls.js";
 import {palettes} from "./palettes.js";
 import {quantities} from "./legend.js";
 
@@ -68,12 +68,12 @@ export function scalePanel(store, node, connection) {
             const saved = await connection.command({save_preset: {name: kKept}});
             if (saved?.code === "ok") connection.command({set_view: {compare: kKept}});
         }}, "Keep A");
-    const title = h("span"), row = (label, ...children) => h("div", {class: "slider"}, h("span", {class: "label"}, label), h("span", {class: "row pair"}, ...children));
-    const linesAt = row("Lines at", levels.node);
-    const range = row("Range", low.node, high.node), difference = row("Range ±", compareRange.node);
+    const title = h("span");
+    const linesAt = labelled("Lines at", levels.node);
+    const range = labelled("Range", low.node, high.node), difference = labelled("Range ±", compareRange.node);
     node.append(h("h2", {}, title, h("span", {class: "grow"}), automatic.node), range, difference,
-        row("Colours", palette.node), row("Spacing", scale.node, steps.node), row("Below", below.node, isolux.node), linesAt,
-        row("Light", only.node), row("Compare", compare.node, keep));
+        labelled("Colours", palette.node), labelled("Spacing", scale.node, steps.node), labelled("Below", below.node, isolux.node), linesAt,
+        labelled("Light", only.node), labelled("Compare", compare.node, keep));
     const parts = [low, high, automatic, scale, steps, palette, isolux, levels, below, only, compare, compareRange];
     return {update() {
         node.hidden = !(store.state.view in quantities);

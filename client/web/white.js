@@ -1,7 +1,7 @@
 // The white of a light: its colour temperature, and the gel in front of it.
 
 import {h, setText} from "./dom.js";
-import {number, range, select} from "./controls.js";
+import {labelled, number, range, select} from "./controls.js";
 
 const kTemperatures = [2700, 3200, 4000, 5600];
 const kRange = [1000, 15000];    // K
@@ -41,7 +41,7 @@ export function gelControl(connection, bound, all = "") {
     const choice = select(bound, {label: `Gel${all}`, options: () => [["", "None"], ...gels.map((gel) => [gel.name, `${gel.name}, ${passes(gel)}`])]});
     if (!all) choice.node.id = "gel";
     const source = h("p", {class: "hint gel-source"});
-    const node = h("div", {}, h("div", {class: "slider"}, h("span", {class: "label"}, "Gel"), h("span", {class: "pair row"}, choice.node)), source);
+    const node = h("div", {}, labelled("Gel", choice.node), source);
     return {node, update() {
         choice.update();
         const gel = gels.find(({name}) => name === bound.value());
