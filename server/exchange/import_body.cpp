@@ -50,57 +50,61 @@ void make_plain(SceneAsset& shown, std::size_t first_material, std::size_t first
     for (std::size_t i = first_mesh; i < shown.meshes.size(); ++i) shown.meshes[i].tangents.clear();
 }
 
+// Result: where a matrix puts something and how it turns it; its lengths and any mirroring left out.
+glm::dmat4 rigid(const glm::dmat4& matrix) {
+    glm::dmat4 result = glm::mat4_cast(turn_of(matrix));
+    result[3] = matrix[3];
+    return result;
+}
+
 // Where a mode's geometries are at home, rigid, of the fixture's axes.
 std::vector<glm::dmat4> homes_of(const gdtf::Mode& mode) {
     std::vector<glm::dmat4> homes;
     for (const gdtf::Geometry& one : mode.geometries) {
         const glm::dmat4 here = one.parent >= 0 ? homes[static_cast<std::size_t>(one.parent)] * one.parent_from_geometry
                                                 : one.parent_from_geometry;
-        glm::dmat4 home = glm::mat4_cast(turn_of(here));
-        home[3] = here[3];
-        homes.push_back(home);
+        homes.push_back(rigid(here));
     }
     return homes;
 }
 
-// By geometry: what turns it, from the root on; 2 × geometry, and 1 more for a tilt.
-const std::vector<std::vector<int>>& turns_of(ModeIndex& index, const gdtf::Mode& mode) {
+// By geometry: what turns it, from the root on.
+const std::vector<std::vector<Turn>>& turns_of(ModeIndex& index, const gdtf::Mode& mode) {
     if (!index.turns.empty()) return index.turns;
     for (std::size_t g = 0; g < mode.geometries.size(); ++g) {
         const int parent = mode.geometries[g].parent;
-        std::vector<int> own = parent >= 0 ? index.turns[static_cast<std::size_t>(parent)] : std::vector<int>();
-        for (const int tilt : {0, 1}) {
+        std::vector<Turn> own = parent >= 0 ? index.turns[static_cast<std::size_t>(parent)] : std::vector<Turn>();
+        for (const bool tilt : {false, true}) {
             const auto turns = [&](const gdtf::PatchedChannel& patched) {
                 if (patched.geometry != static_cast<int>(g)) return false;
                 const auto& functions = mode.channels[static_cast<std::size_t>(patched.channel)].functions;
                 return std::ranges::any_of(functions, [&](const gdtf::ChannelFunction& one) {
-                    return one.attribute == (tilt != 0 ? "Tilt" : "Pan");
+                    return one.attribute == (tilt ? "Tilt" : "Pan");
                 });
             };
             if (own.size() < kMostJoints && std::ranges::any_of(mode.patched, turns))
-                own.push_back(2 * static_cast<int>(g) + tilt);
+                own.push_back({static_cast<int>(g), tilt});
         }
         index.turns.push_back(std::move(own));
     }
     return index.turns;
 }
 
-bool starts_with(const std::vector<int>& turns, const std::vector<int>& first) {
+bool starts_with(const std::vector<Turn>& turns, const std::vector<Turn>& first) {
     return turns.size() >= first.size() && std::equal(first.begin(), first.end(), turns.begin());
 }
 
 // The mount of one of a fixture's lights.
 BodyMount mount_of(const SceneAsset& scene, const glm::dmat4& world_from_fixture, const BodyLight& light,
-                   const std::vector<int>& turns, const std::vector<glm::dmat4>& homes) {
+                   const std::vector<Turn>& turns, const std::vector<glm::dmat4>& homes) {
     BodyMount mount;
     mount.seed = static_cast<int>(light.seed);
-    mount.world_from_fixture = glm::mat4_cast(turn_of(world_from_fixture));
-    mount.world_from_fixture[3] = world_from_fixture[3];
+    mount.world_from_fixture = rigid(world_from_fixture);
     const glm::dmat4& beam = homes[static_cast<std::size_t>(light.geometry)];
     mount.aim = -glm::normalize(glm::dvec3(beam[2]));
-    for (const int turn : turns) {
-        const glm::dmat4& home = homes[static_cast<std::size_t>(turn / 2)];
-        mount.joints.push_back({glm::dvec3(home[3]), glm::normalize(glm::dvec3(home[turn % 2 != 0 ? 0 : 2]))});
+    for (const auto& [geometry, tilt] : turns) {
+        const glm::dmat4& home = homes[static_cast<std::size_t>(geometry)];
+        mount.joints.push_back({glm::dvec3(home[3]), glm::normalize(glm::dvec3(home[tilt ? 0 : 2]))});
     }
     const LightSeed& seed = scene.lights[light.seed];
     if (mount.joints.empty()) {  // it has turned with its light to a focus point
@@ -108,10 +112,8 @@ BodyMount mount_of(const SceneAsset& scene, const glm::dmat4& world_from_fixture
         about[3] = glm::dvec4(seed.position - glm::dvec3(about * glm::dvec4(seed.position, 0.0)), 1.0);
         mount.world_from_fixture = about * mount.world_from_fixture;
     } else if (light.axes) {
-        const double pan = light.axes->pan_offset_rad;
         const glm::dvec3 last = glm::dmat3(mount.world_from_fixture) * mount.joints.back().axis;
-        mount.side =
-            glm::dot(last, seed.world_from_mount * glm::dvec3(std::cos(pan), 0.0, -std::sin(pan))) < 0.0 ? -1.0 : 1.0;
+        mount.side = glm::dot(last, tilt_axis(seed, light.axes->pan_offset_rad)) < 0.0 ? -1.0 : 1.0;
     }
     return mount;
 }

@@ -180,10 +180,37 @@ struct Placed {
     glm::dmat4 world_from_fixture;  // of Z up
 };
 
+// Where a head stands that a console swings.
+struct Swing {
+    HeadAxes axes;
+    double pan_rad, tilt_rad;  // of GDTF
+};
+
+// Angles with which the head's console would bring about the light's orientation; where a focus point has turned it,
+// only its aim, since a head does not roll.
+void take_swing(LightSeed& light, const glm::dquat& home, const Swing& swing) {
+    const HeadAxes& axes = swing.axes;
+    const glm::dquat mount_from_world = glm::inverse(axes.world_from_mount);
+    const double pan_rad = axes.pan_offset_rad + axes.pan_sign * swing.pan_rad;
+    const double tilt_rad = axes.tilt_offset_rad + axes.tilt_sign * swing.tilt_rad;
+    PanTiltRoll angles{pan_rad, tilt_rad, roll_of(mount_from_world * home, pan_rad, tilt_rad)};
+    light.world_from_mount = axes.world_from_mount;
+    if (light.world_from_light != home) {
+        const PanTiltRoll aim = angles_of(mount_from_world * light.world_from_light);
+        const bool far = std::cos(aim.pan_rad - pan_rad) < 0.0;  // of the two ways there the one that is nearer in pan
+        if (aim.tilt_rad > 1e-6) angles.pan_rad = aim.pan_rad + (far ? std::numbers::pi : 0.0);
+        angles.tilt_rad = far ? -aim.tilt_rad : aim.tilt_rad;
+        light.world_from_light = glm::normalize(axes.world_from_mount * orientation_of(angles));
+    }
+    light.angles = angles;
+}
+
 // Result: whether it is there.
-bool finish_light(ShowImport& import, const Placed& placed, LightSeed light, const glm::dmat4& world_from_beam) {
+bool finish_light(ShowImport& import, const Placed& placed, LightSeed light, const glm::dmat4& world_from_beam,
+                  const std::optional<Swing>& swing) {
     light.position = glm::dvec3(world_from_beam[3]);
-    light.world_from_light = turn_of(world_from_beam);
+    const glm::dquat home = turn_of(world_from_beam);
+    light.world_from_light = home;
     const glm::dquat& turn = light.world_from_light;
     if (!is_within(light.position) || !std::isfinite(turn.w + turn.x + turn.y + turn.z)) {
         import.report.add(Outcome::left_out, "a light is more than 1,000 km away, or its axes span no space",
@@ -193,8 +220,9 @@ bool finish_light(ShowImport& import, const Placed& placed, LightSeed light, con
     if (placed.fixture.focus >= 0) {
         const glm::dvec3 to =
             import.show.focus_points[static_cast<std::size_t>(placed.fixture.focus)].position - light.position;
-        if (glm::length(to) > 1e-6) light.world_from_light = aimed_at(light.world_from_light, to);
+        if (glm::length(to) > 1e-6) light.world_from_light = aimed_at(home, to);
     }
+    if (swing) take_swing(light, home, *swing);
     import.scene.lights.push_back(std::move(light));
     return true;
 }
@@ -253,7 +281,6 @@ std::optional<Error> add_beams(ShowImport& import, const Placed& placed, const g
             with_gobos(import, light.profile, type, gobo_channel(import, index_of(import, mode), beam).wheel);
         glm::dmat4 world_from_beam = placed.world_from_fixture * state.fixture_from_beam;
         const auto axes = add_patch_rows(import, beam);
-        if (axes) light.world_from_mount = axes->world_from_mount;
         const bool swings = axes && geometry.parent >= 0;
         if (swings && states.size() > 1)
             import.report.add(Outcome::guessed, "several beams of a head that swings stay where they are at home",
@@ -263,7 +290,8 @@ std::optional<Error> add_beams(ShowImport& import, const Placed& placed, const g
             const glm::dmat4 fixture_from_head = state.fixture_from_beam * glm::inverse(geometry.parent_from_geometry);
             world_from_beam[3] = placed.world_from_fixture * fixture_from_head[3];
         }
-        if (finish_light(import, placed, std::move(light), world_from_beam))
+        const auto swing = axes ? std::optional(Swing{*axes, *options.pan_rad, *options.tilt_rad}) : std::nullopt;
+        if (finish_light(import, placed, std::move(light), world_from_beam, swing))
             lights.push_back({state.geometry, import.scene.lights.size() - 1, turn_of(world_from_beam), axes});
     }
     const double pan_rad = options.pan_rad.value_or(0.0) * (options.invert_pan ? -1.0 : 1.0);
@@ -295,7 +323,7 @@ std::optional<Error> import_fixtures(ShowImport& import) {
             light.name = unique_name(import, placed.name);
             light.profile = paired;
             take_state(light, fixture);
-            finish_light(import, placed, std::move(light), placed.world_from_fixture);
+            finish_light(import, placed, std::move(light), placed.world_from_fixture, std::nullopt);
         } else {
             import.report.add(Outcome::left_out, "a fixture gives no light: it has neither GDTF nor photometry",
                               placed.name);

@@ -35,6 +35,13 @@ struct Model {
     std::vector<Part> parts;
 };
 
+// A geometry that a console turns: its pan about Z, its tilt about X.
+struct Turn {
+    int geometry = 0;
+    bool tilt = false;
+    bool operator==(const Turn&) const = default;
+};
+
 // What is looked up of a mode for each of its fixtures.
 struct ModeIndex {
     bool has_beam = false;
@@ -43,7 +50,7 @@ struct ModeIndex {
     // Directions of beams by geometry, at the pans and tilts of head_axes(), for each inversion that was asked for.
     std::map<std::pair<bool, bool>, std::vector<std::map<int, glm::dvec3>>> directions;
     bool told_undriven = false;
-    std::vector<std::vector<int>> turns;  // by geometry: those that turn it, from the root on, itself among them
+    std::vector<std::vector<Turn>> turns;  // by geometry: those that turn it, from the root on, itself among them
     // What values of a channel's most significant slot stand for, by the patched channel, the beam and the property.
     std::map<std::tuple<const gdtf::PatchedChannel*, int, std::string>, std::vector<v1::PatchRange>> ranges;
 };
@@ -151,8 +158,8 @@ std::shared_ptr<const Profile> with_gobos(ShowImport& import, const std::shared_
 // Result: where the beams of the mode go in its own axes, at each pair of pan and tilt that head_axes() looks at.
 std::vector<std::map<int, glm::dvec3>> head_directions(const gdtf::FixtureType& type, const gdtf::Mode& mode,
                                                        bool invert_pan, bool invert_tilt);
-// directions: those, of the beam's fixture. has_pan: else only its tilt turns. Result: the axes of a fixture that hangs
-// or stands upright; nothing where it is mounted otherwise, or where its axes are not a tilt below a pan.
+// directions: those, of the beam's fixture. has_pan: else only its tilt turns. Result: the axes; nothing where they are
+// not a tilt below a pan.
 std::optional<HeadAxes> head_axes(const std::vector<std::map<int, glm::dvec3>>& directions, int beam_geometry,
                                   const glm::dmat4& world_from_fixture, bool has_pan);
 

@@ -219,7 +219,7 @@ std::vector<std::map<int, glm::dvec3>> head_directions(const gdtf::FixtureType& 
 std::optional<HeadAxes> head_axes(const std::vector<std::map<int, glm::dvec3>>& directions, int beam_geometry,
                                   const glm::dmat4& world_from_fixture, bool has_pan) {
     const auto seen_at = [&](std::size_t look) {
-        return glm::normalize(glm::dmat3(world_from_fixture) * directions.at(look).at(beam_geometry));
+        return glm::normalize(glm::dmat3(y_up_from_z_up()) * directions.at(look).at(beam_geometry));
     };
     const glm::dvec3 seen = seen_at(0);
     for (const double tilt_offset : {0.0, kPi})
@@ -227,7 +227,8 @@ std::optional<HeadAxes> head_axes(const std::vector<std::map<int, glm::dvec3>>& 
             for (const double pan_sign : {1.0, -1.0}) {
                 // aim = (-sin t sin p, -cos t, -sin t cos p), as orientation.h has pan and tilt.
                 const double sine = std::sin(tilt_offset + tilt_sign * kLooks[0].tilt_rad);
-                const HeadAxes axes{std::atan2(-seen.x / sine, -seen.z / sine), pan_sign, tilt_offset, tilt_sign};
+                const HeadAxes axes{std::atan2(-seen.x / sine, -seen.z / sine), pan_sign, tilt_offset, tilt_sign,
+                                    turn_of(world_from_fixture * z_up_from_y_up())};
                 bool fits = true;
                 for (std::size_t look = 0; look < kLooks.size() && fits; ++look) {
                     if (kLooks[look].pan_rad != 0.0 && !has_pan) continue;
@@ -262,11 +263,7 @@ std::optional<HeadAxes> add_patch_rows(ShowImport& import, const FixtureBeam& be
     auto& directions = index.directions[{beam.fixture.invert_pan, beam.fixture.invert_tilt}];
     if (directions.empty())
         directions = head_directions(beam.type, beam.mode, beam.fixture.invert_pan, beam.fixture.invert_tilt);
-    auto axes = head_axes(directions, beam.geometry, beam.world_from_fixture, pan.patched != nullptr);
-    if (!axes) {  // it is mounted on its side: its pan and tilt are those of one that hangs, turned as a whole
-        axes = head_axes(directions, beam.geometry, y_up_from_z_up(), pan.patched != nullptr);
-        if (axes) axes->world_from_mount = turn_of(beam.world_from_fixture * z_up_from_y_up());
-    }
+    const auto axes = head_axes(directions, beam.geometry, beam.world_from_fixture, pan.patched != nullptr);
     if (!axes) {
         import.report.add(Outcome::left_out, "pan and tilt of a fixture whose axes are no tilt below a pan",
                           beam.light);

@@ -372,7 +372,7 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
         light.position = seed.position;
         light.world_from_light = glm::normalize(seed.world_from_light);
         light.world_from_mount = seed.world_from_mount;
-        take_angles(light);
+        take_angles(light, seed.angles);
         light.profile = seed.profile;
         light.sun = seed.sun;
         light.level_ratio = seed.level_ratio;

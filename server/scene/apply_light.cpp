@@ -12,8 +12,9 @@
 
 namespace gonio {
 
-void take_angles(Light& light) {
-    const PanTiltRoll angles = angles_of(glm::inverse(light.world_from_mount) * light.world_from_light);
+void take_angles(Light& light, const std::optional<PanTiltRoll>& known) {
+    const PanTiltRoll angles =
+        known ? *known : angles_of(glm::inverse(light.world_from_mount) * light.world_from_light);
     light.pan_rad = angles.pan_rad;
     light.tilt_rad = angles.tilt_rad;
     light.roll_rad = angles.roll_rad;

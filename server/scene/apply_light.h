@@ -21,8 +21,8 @@ void set_group(Scene& scene, const v1::SetGroup& set);
 // Of a console, which names no group: what can be set is set. Result: why the first property that cannot was refused.
 std::optional<Error> set_light_in_parts(Scene& scene, const v1::SetLight& set);
 
-// Pan, tilt and roll of an orientation that was given otherwise.
-void take_angles(Light& light);
+// Pan, tilt and roll of an orientation that was given otherwise. known: what they are; else angles_of().
+void take_angles(Light& light, const std::optional<PanTiltRoll>& known = std::nullopt);
 // Result: the lamp's output at this tilt, the angle between the aim and nadir; 1 without a TILT table.
 double tilt_factor_of(const Light& light);
 // Sets what follows a light's values: its TILT factor and what zoom and gobo make of its profile.

@@ -51,6 +51,10 @@ std::array<double, kMostJoints> two_turns(const BodyMount& mount, const glm::dve
 
 }  // namespace
 
+glm::dvec3 tilt_axis(const LightSeed& seed, double pan_rad) {
+    return seed.world_from_mount * glm::dvec3(std::cos(pan_rad), 0.0, -std::sin(pan_rad));
+}
+
 std::array<double, kMostJoints> joint_angles(const BodyMount& mount, const LightSeed& seed, const LightValues& light) {
     if (mount.joints.empty()) return {};
     const glm::dmat3 fixture_from_world = glm::transpose(glm::dmat3(mount.world_from_fixture));
@@ -58,9 +62,8 @@ std::array<double, kMostJoints> joint_angles(const BodyMount& mount, const Light
     if (mount.joints.size() == 1) return {turn_between(mount.joints[0].axis, mount.aim, aim), 0.0};
     const glm::dquat as_seed = glm::normalize(seed.world_from_light);
     const bool untouched = std::abs(glm::dot(as_seed, light.world_from_light)) > 1.0 - 1e-12;
-    const glm::dvec3 pan_x = seed.world_from_mount * glm::dvec3(std::cos(light.pan_rad), 0.0, -std::sin(light.pan_rad));
     const glm::dvec3 side = untouched ? turned(mount.joints[0], mount.pan_rad, mount.joints[1].axis)
-                                      : fixture_from_world * (mount.side * pan_x);
+                                      : fixture_from_world * (mount.side * tilt_axis(seed, light.pan_rad));
     return two_turns(mount, aim, side);
 }
 

@@ -45,6 +45,8 @@ struct Bodies {
     std::vector<BodyPart> parts;  // like shown.instances
 };
 
+// Result: about what a light's tilt turns it at this pan (orientation.h), world, unit.
+glm::dvec3 tilt_axis(const LightSeed& seed, double pan_rad);
 // Result: angles about the mount's joints, rad, with which its beam aims as the light does, or as nearly as it can. Of
 // two ways there is the one whose last axis is where the light's pan has it.
 std::array<double, kMostJoints> joint_angles(const BodyMount& mount, const LightSeed& seed, const LightValues& light);

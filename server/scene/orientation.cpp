@@ -16,16 +16,20 @@ glm::dquat orientation_of(const PanTiltRoll& angles) {
 }
 
 PanTiltRoll angles_of(const glm::dquat& world_from_light) {
-    // aim = (-sin t sin p, -cos t, -sin t cos p); C0 seen in the panned and tilted frame = (cos r, 0, -sin r).
+    // aim = (-sin t sin p, -cos t, -sin t cos p).
     const glm::dvec3 aim = aim_of(world_from_light);
     PanTiltRoll result;
     const double horizontal = std::hypot(aim.x, aim.z);
     result.tilt_rad = std::atan2(horizontal, -aim.y);
     result.pan_rad = horizontal > 1e-9 ? std::atan2(-aim.x, -aim.z) : 0.0;
-    const glm::dquat frame = glm::angleAxis(result.pan_rad, kY) * glm::angleAxis(result.tilt_rad, kX);
-    const glm::dvec3 c0 = glm::inverse(frame) * c0_of(world_from_light);
-    result.roll_rad = std::atan2(-c0.z, c0.x);
+    result.roll_rad = roll_of(world_from_light, result.pan_rad, result.tilt_rad);
     return result;
+}
+
+double roll_of(const glm::dquat& world_from_light, double pan_rad, double tilt_rad) {
+    const glm::dquat frame = glm::angleAxis(pan_rad, kY) * glm::angleAxis(tilt_rad, kX);
+    const glm::dvec3 c0 = glm::inverse(frame) * c0_of(world_from_light);  // (cos r, 0, -sin r)
+    return std::atan2(-c0.z, c0.x);
 }
 
 glm::dquat orientation_aiming(const glm::dvec3& direction) {

@@ -15,6 +15,8 @@ struct PanTiltRoll {
 glm::dquat orientation_of(const PanTiltRoll& angles);
 // Result: the angles of an orientation; tilt in 0..pi, pan 0 where the aim is vertical.
 PanTiltRoll angles_of(const glm::dquat& world_from_light);
+// Result: the roll of an orientation with this pan and tilt.
+double roll_of(const glm::dquat& world_from_light, double pan_rad, double tilt_rad);
 // Result: the orientation that aims along `aim` (any length > 0): C0 is world +X projected off the aim, world +Z where
 // |aim·X| > 1 - 1e-6. It flips when the aim is swept through ±X.
 glm::dquat orientation_aiming(const glm::dvec3& aim);

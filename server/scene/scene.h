@@ -17,6 +17,7 @@
 #include "ies/lm63.h"
 #include "server/scene/gel.h"
 #include "server/scene/haze.h"
+#include "server/scene/orientation.h"
 
 namespace gonio {
 
@@ -138,6 +139,7 @@ struct LightSeed {
     glm::dvec3 color{1.0};
     bool sun = false;                                 // Light::sun
     glm::dquat world_from_mount{1.0, 0.0, 0.0, 0.0};  // Light::world_from_mount
+    std::optional<PanTiltRoll> angles;                // of the orientation, as its console has them; else angles_of()
 };
 
 struct Camera {
@@ -200,8 +202,8 @@ struct Light : LightValues {
     int seed = -1;     // index into SceneAsset::lights of what it was made of; -1: it was added
     bool sun = false;  // its light is parallel, along its aim; `multiplier` is lux, the position has no effect
     double multiplier = 1.0;
-    // What pan, tilt and roll turn about: orientation = world_from_mount · orientation_of(pan, tilt, roll). None of a
-    // luminaire that hangs or stands upright, or was added.
+    // What pan, tilt and roll turn about: orientation = world_from_mount · orientation_of(pan, tilt, roll). None but of
+    // an imported head.
     glm::dquat world_from_mount{1.0, 0.0, 0.0, 0.0};
     std::shared_ptr<const Profile> shaped;  // of `shaped_of`, which follows zoom and gobo; null: the profile as it is
     std::pair<std::shared_ptr<const Profile>, Shaping> shaped_of;

@@ -10,6 +10,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
 
+#include "ies/core/printed.h"
 #include "ies/synthetic.h"
 #include "protocol/dmx/patch.h"
 #include "protocol/schema/gonio.pb.h"
@@ -234,35 +235,112 @@ TEST(ImportMvr, ThePatchDrivesLevelPanAndTilt) {
     EXPECT_EQ(shown.patch, own);
 }
 
-// What a console says as pan and tilt aims the light as GDTF's geometry would, however the fixture is mounted upright.
-TEST(ImportMvr, HeadsSwingAsTheirGeometryDoes) {
+// A rotation, Z up in mm as a Matrix of MVR, and as what it makes of the scene.
+struct Hang {
+    glm::dquat turn;
+    std::string matrix() const {
+        std::string text;
+        for (int column = 0; column < 3; ++column) {
+            const glm::dvec3 axis = glm::dmat3(turn)[column];
+            text += printed("{%.17g,%.17g,%.17g}", axis.x, axis.y, axis.z);
+        }
+        return text + "{0,0,0}";
+    }
+    glm::dmat4 world_from_fixture() const {
+        return glm::dmat4{{1, 0, 0, 0}, {0, 0, -1, 0}, {0, 1, 0, 0}, {0, 0, 0, 1}} * glm::mat4_cast(turn);
+    }
+};
+
+Hang hang_at(double yaw, double about_x) {
+    return {glm::angleAxis(yaw, glm::dvec3(0, 0, 1)) * glm::angleAxis(about_x, glm::dvec3(1, 0, 0))};
+}
+
+// Where the lens of head_gdtf() aims, and where its C0 is, as GDTF's tree has it.
+void expect_as_geometry(const glm::dquat& world_from_light, const Hang& hang, const gdtf::StateOptions& options) {
     const auto type = gdtf::read_gdtf(*open_zip(head_gdtf()));
     ASSERT_TRUE(type);
     const gdtf::Mode& mode = type->modes.at(0);
-    const auto values = gdtf::default_values(*type, mode);
-    const glm::dmat4 to_scene = {{1, 0, 0, 0}, {0, 0, -1, 0}, {0, 1, 0, 0}, {0, 0, 0, 1}};
-    int upright = 0;
+    const auto states = gdtf::beam_states(*type, mode, gdtf::default_values(*type, mode), options);
+    const glm::dmat4 world_from_beam = hang.world_from_fixture() * states.at(0).fixture_from_beam;
+    expect_near(aim_of(world_from_light), -glm::dvec3(world_from_beam[2]), 1e-6);
+    expect_near(c0_of(world_from_light), glm::dvec3(world_from_beam[0]), 1e-6);
+}
+
+// What a console says as pan and tilt turns the light as GDTF's geometry would, C0 with it, however the fixture is
+// mounted.
+TEST(ImportMvr, HeadsSwingAsTheirGeometryDoes) {
+    const auto type = gdtf::read_gdtf(*open_zip(head_gdtf()));
+    ASSERT_TRUE(type);
     for (const double yaw : {0.0, 0.6, -2.2})
-        for (const bool standing : {false, true})
+        for (const double about_x : {0.0, 0.4, std::numbers::pi / 2, std::numbers::pi})
             for (const bool inverted : {false, true}) {
-                glm::dmat4 world = to_scene * glm::rotate(glm::dmat4(1.0), yaw, glm::dvec3(0, 0, 1));
-                if (standing) world = glm::rotate(world, std::numbers::pi, glm::dvec3(1, 0, 0));
+                const Hang hang = hang_at(yaw, about_x);
                 const auto axes =
-                    exchange::head_axes(exchange::head_directions(*type, mode, inverted, false), 3, world, true);
-                ASSERT_TRUE(axes) << yaw << standing << inverted;
-                ++upright;
+                    exchange::head_axes(exchange::head_directions(*type, type->modes.at(0), inverted, false), 3,
+                                        hang.world_from_fixture(), true);
+                ASSERT_TRUE(axes) << yaw << about_x << inverted;
                 for (const double pan : {-3.0, 0.2, 1.1})
-                    for (const double tilt : {-1.5, -0.3, 0.9}) {
-                        const auto states = gdtf::beam_states(*type, mode, values, {inverted, false, pan, tilt});
-                        const glm::dvec3 direction = world * states.at(0).fixture_from_beam * glm::dvec4(0, 0, -1, 0);
-                        const auto turn = orientation_of({axes->pan_offset_rad + axes->pan_sign * pan,
-                                                          axes->tilt_offset_rad + axes->tilt_sign * tilt, 0.0});
-                        expect_near(aim_of(turn), direction, 1e-6);
-                    }
+                    for (const double tilt : {-1.5, -0.3, 0.0, 0.9})
+                        expect_as_geometry(axes->world_from_mount *
+                                               orientation_of({axes->pan_offset_rad + axes->pan_sign * pan,
+                                                               axes->tilt_offset_rad + axes->tilt_sign * tilt, 0.0}),
+                                           hang, {inverted, false, pan, tilt});
             }
-    EXPECT_EQ(upright, 12);
-    const glm::dmat4 sideways = to_scene * glm::rotate(glm::dmat4(1.0), 1.0, glm::dvec3(0, 1, 0));
-    EXPECT_FALSE(exchange::head_axes(exchange::head_directions(*type, mode, false, false), 3, sideways, true));
+}
+
+// However the show leaves a head, its console turns it as GDTF's tree says, and a gobo with it.
+TEST(ImportMvr, AConsoleTurnsWhatTheShowHasTurned) {
+    const auto address = [](int slot) {
+        return printed("<Addresses><Address break='0'>1.%d</Address></Addresses>", slot);
+    };
+    const auto commands = [](double pan, double tilt) {
+        return printed(
+            "<CustomCommands><CustomCommand>Yoke_Pan.Pan.Pan 1,f %g</CustomCommand>"
+            "<CustomCommand>Body_Tilt.Tilt.Tilt 1,f %g</CustomCommand></CustomCommands>",
+            pan, tilt);
+    };
+    struct Case {
+        Hang hang;
+        std::string more;
+        double pan_deg, tilt_deg;  // at first; a focus point: where it leaves them
+        bool focused = false;
+    };
+    const std::vector<Case> cases = {
+        {hang_at(0.5, 0.0), "", 0, 0},
+        {hang_at(0.5, 0.0), commands(20, 0), 20, 0},
+        {hang_at(-2.0, 0.0), commands(20, -40), 20, -40},
+        {hang_at(1.0, std::numbers::pi), commands(-130, 70), -130, 70},
+        {hang_at(0.3, 1.2), commands(200, -100), 200, -100},
+        {hang_at(0.3, 0.7), "<Focus>f</Focus>", 0, 0, true},
+        {hang_at(0.3, 0.7), "<Focus>f</Focus>" + commands(170, 20), 0, 0, true},
+    };
+    std::string fixtures =
+        "<FocusPoint name='F' uuid='f'><Matrix>{1,0,0}{0,1,0}{0,0,1}{4000,2000,500}</Matrix></FocusPoint>";
+    for (std::size_t i = 0; i < cases.size(); ++i)
+        fixtures += fixture(printed("head %zu", i), cases[i].hang.matrix(),
+                            cases[i].more + address(1 + 10 * static_cast<int>(i)));
+    const auto asset = imported(show_mvr(fixtures, {{"Maker@Head.gdtf", head_gdtf()}}));
+    Scene scene = scene_of(asset);
+    ASSERT_EQ(scene.lights.size(), cases.size());
+    DmxUniverse universe;
+    DmxSource& source = universe.sources.emplace_back();
+    source.id = 1;
+    source.rank.fill(101);
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+        const Light& light = scene.lights[i];
+        if (!cases[i].focused)
+            expect_as_geometry(light.world_from_light, cases[i].hang,
+                               {false, false, cases[i].pan_deg * kDegree, cases[i].tilt_deg * kDegree});
+        else
+            expect_near(aim_of(light.world_from_light), glm::normalize(glm::dvec3(4, 0.5, -2) - light.position), 1e-9);
+        for (std::size_t slot = 0; slot < 4; ++slot) source.levels[10 * i + slot] = slot < 2 ? 0x55 : 0x33;
+    }
+    PatchReader reader(patch_in_force(scene));
+    const auto values = reader.read({DmxProtocol::sacn, 1}, universe);
+    for (const auto& refused : apply_inputs(scene, commands_of(scene, values))) EXPECT_FALSE(refused);
+    for (std::size_t i = 0; i < cases.size(); ++i)  // 0x5555: -90°; 0x3333, a fifth: -81°
+        expect_as_geometry(scene.lights[i].world_from_light, cases[i].hang,
+                           {false, false, -90 * kDegree, -81 * kDegree});
 }
 
 // From the show's patch to the light: a universe's slots aim it as the geometry of its GDTF says.
