@@ -277,8 +277,9 @@ void add_edges(const Edges& edges, int y, float scale, const Light& light, float
 // Adds what a row shows of luminaires' openings.
 void add_openings(std::span<const ShiningPixel> openings, int y, float scale, float* const* shown,
                   std::vector<Partly>& partly) {
-    const auto row = std::ranges::equal_range(openings, static_cast<std::uint32_t>(y), {}, &ShiningPixel::y);
-    for (const ShiningPixel& pixel : row) {
+    auto at = std::ranges::lower_bound(openings, static_cast<std::uint32_t>(y), {}, &ShiningPixel::y);
+    for (; at != openings.end() && at->y == static_cast<std::uint32_t>(y); ++at) {
+        const ShiningPixel& pixel = *at;
         const bool background = shown[0][pixel.x] < 0.0f;
         for (int k = 0; k < 3; ++k)
             shown[k][pixel.x] =

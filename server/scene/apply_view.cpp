@@ -46,7 +46,7 @@ std::vector<double> checked_levels(const v1::Levels& given) {
         levels.push_back(checked(value, 0.0, kMaxRange, "set_view.levels"));
     }
     std::ranges::sort(levels);
-    levels.erase(std::ranges::unique(levels).begin(), levels.end());
+    levels.erase(std::unique(levels.begin(), levels.end()), levels.end());
     return levels;
 }
 

@@ -105,7 +105,7 @@ std::vector<double> isolux_levels(const FalseColor& settings, bool difference) {
         difference || settings.levels.empty() ? levels_of(scale_of(settings, difference)) : settings.levels;
     if (settings.below > 0.0 && !difference) levels.push_back(settings.below);
     std::ranges::sort(levels);
-    levels.erase(std::ranges::unique(levels).begin(), levels.end());
+    levels.erase(std::unique(levels.begin(), levels.end()), levels.end());
     return levels;
 }
 
