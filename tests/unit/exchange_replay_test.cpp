@@ -23,7 +23,7 @@ TEST(ExchangeReplay, TheCorpusAndDamagedCopiesOfIt) {
             fuzz::check_gdtf(text);
             fuzz::check_mvr(text);
             fuzz::check_3ds(text);
-            if (i % 4 == 0) fuzz::check_import(text);
+            if (i % 4 == 0) fuzz::check_import(text), fuzz::check_fixture_type(text);
             ++inputs;
         }
     }
