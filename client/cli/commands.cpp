@@ -304,8 +304,7 @@ int learn(const Session& session, const ReadWords& words) {
     if (!request) return session.fail(request.error());
     v1::ClientMessage message;
     message.mutable_learn()->set_timeout_s(request->timeout_s);
-    if (!session.json) session.err << "move a control …" << std::endl;
-    const auto answer = session.ask(std::move(message), {Answer::kLearned});
+    const auto answer = session.ask(std::move(message), {Answer::kLearned}, "move a control …");
     if (!answer) return session.fail(answer.error());
     const v1::Learned& learned = answer->learned();
     if (learned.device().empty()) return session.fail({"refused", "learn", "", "No control moved in time."});

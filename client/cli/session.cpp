@@ -27,9 +27,13 @@ int Session::fail(const Error& error) const {
 }
 
 Result<v1::ServerMessage> Session::ask(v1::ClientMessage message,
-                                       std::initializer_list<v1::ServerMessage::MessageCase> wanted) const {
+                                       std::initializer_list<v1::ServerMessage::MessageCase> wanted,
+                                       const std::string& invitation) const {
     auto connection = Connection::open(address, {token, false, false, role});
     if (!connection) return connection.error();
+    const v1::Ready& ready = (*connection)->ready();
+    const bool takes_changes = ready.role() != "viewer" && !ready.state().has_leader();
+    if (!invitation.empty() && !json && takes_changes) err << invitation << std::endl;
     const bool terminal = &err == &std::cerr && ::isatty(STDERR_FILENO) == 1;
     std::size_t shown = 0;  // characters of the progress line
     auto answer = (*connection)->ask(std::move(message), [&](const v1::Progress& progress) {

@@ -21,9 +21,11 @@ struct Session {
     void print(const google::protobuf::Message& message) const;
     // Result: the exit code; the error goes to stderr, with --json also to `out`, as the Result that a server sends.
     int fail(const Error& error) const;
-    // Result: the answer, which is one of `wanted`. Errors: of Connection::ask; "bad_message".
+    // invitation: printed to whoever shall do something now, where this server takes it. Result: the answer, which is
+    // one of `wanted`. Errors: of Connection::ask; "bad_message".
     Result<v1::ServerMessage> ask(v1::ClientMessage message,
-                                  std::initializer_list<v1::ServerMessage::MessageCase> wanted) const;
+                                  std::initializer_list<v1::ServerMessage::MessageCase> wanted,
+                                  const std::string& invitation = "") const;
     // Sends a command and prints the revision that contains it. Result: the exit code.
     int change(v1::ClientMessage message) const;
     // Prints what answered a command, or why it was refused. Result: the exit code.

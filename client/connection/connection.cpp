@@ -1,6 +1,5 @@
 #include "client/connection/connection.h"
 
-// Before any header of Boost: else the library is compiled twice, differently.
 #include "client/connection/link.h"
 
 #include <netinet/in.h>
@@ -190,7 +189,9 @@ Result<ServerAddress> parse_server_url(std::string_view url) {
         if (address.secure) address.port = "443";
         rest.remove_prefix(scheme + 3);
     }
-    rest = rest.substr(0, rest.find('/'));
+    if (rest.ends_with('/')) rest.remove_suffix(1);
+    if (rest.find_first_of("/?#@") != std::string_view::npos)
+        return refusal("A server's address has neither path, query nor user; a token is given by itself.");
     std::size_t port_at = rest.rfind(':');
     if (rest.starts_with('[')) {
         const std::size_t close = rest.find(']');

@@ -24,6 +24,7 @@ struct ServerAddress {
     std::string host_header() const {
         return (host.find(':') == std::string::npos ? host : "[" + host + "]") + ":" + port;
     }
+    std::string url() const { return (secure ? "https://" : "http://") + host_header(); }
 };
 
 // "http://host:port", "https://host:port", "host:port" or "host" -> address. Errors: "usage".

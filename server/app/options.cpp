@@ -41,7 +41,7 @@ std::vector<OptionFault> check_samples(const Options& options) {
 constexpr const char* kOfLeader[] = {
     "scene", "scale",       "universe-offset", "technique", "samples", "size", "patch",
     "state", "surface-map", "surface-replay",  "shows",     "gels",    "sacn", "artnet",
-    "osc",   "box",         "oneshot",         "bake"};
+    "osc",   "box",         "oneshot",         "bake",      "library"};
 
 std::vector<OptionFault> check_follow(const Options& options) {
     if (options.follow.empty()) {
@@ -235,6 +235,7 @@ void take_texts(const CLI::App& app, const OptionTexts& text, Options& options) 
     if (app.count("--samples") > 0) options.samples = text.samples;
     if (options.follow.empty()) return;
     options.surfaces = false;
+    if (const auto leader = parse_server_url(options.follow)) options.follow = leader->url();
     for (const char* name : kOfLeader)
         if (app.count(std::string("--") + name) > 0) options.beside_follow.emplace_back(name);
 }

@@ -26,10 +26,13 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kFirstPause = 100ms;
-constexpr auto kLongestPause = 1000ms;     // where the leader is away
-constexpr auto kLongestRefusal = 10s;      // where it is there, and what it says cannot be followed
-constexpr auto kFrame = 16ms;              // from one question to the next at least
-constexpr std::size_t kMostWarnings = 16;  // in the log, of one state
+constexpr auto kLongestPause = 1000ms;  // where the leader is away
+constexpr auto kLongestRefusal = 10s;   // where it is there, and what it says cannot be followed
+constexpr auto kWrongTokenPause = 15s;  // it lets an address guess --max-auth-failures times a minute, usually 5
+constexpr auto kAskAgain = 10s;         // what a leader without news says to the question before shows that it lives
+constexpr auto kLongestSilence = 30s;
+constexpr auto kFrame = 16ms;                                       // from one question to the next at least
+constexpr std::size_t kMostWarnings = 16;                           // in the log, of one state
 constexpr std::uint64_t kMaxContentBytes = std::uint64_t{8} << 20;  // of a profile with its name; written anew as text
 
 bool same_files(const SceneAsset& asset, const FollowedShow& show) {
@@ -39,6 +42,10 @@ bool same_files(const SceneAsset& asset, const FollowedShow& show) {
     return std::ranges::equal(
         asset.files ? asset.files->files : none, show.files,
         [](const AssetFile& a, const AssetFile& b) { return a.path == b.path && a.sha256 == b.sha256; });
+}
+
+bool is_wrong_token(const Error& why) {
+    return why.where == "close 4003" || why.where == "close 4008" || why.where == "HTTP 401" || why.where == "HTTP 429";
 }
 
 Gels gels_of(const v1::Gels& told) {
@@ -92,9 +99,10 @@ Follower::~Follower() {
     thread_.join();
 }
 
-bool Follower::wait(int descriptor, std::chrono::milliseconds time) const {
+bool Follower::wait(int descriptor, std::chrono::milliseconds time, bool* can_be_read) const {
     std::array<pollfd, 2> waited{pollfd{wake_.fd(), POLLIN, 0}, pollfd{descriptor, POLLIN, 0}};
     ::poll(waited.data(), waited.size(), static_cast<int>(time.count()));
+    if (can_be_read != nullptr) *can_be_read = waited[1].revents != 0;
     return !ended_ && !queue_.closed();
 }
 
@@ -126,7 +134,7 @@ void Follower::work() {
         if (in_touch_) pause = kFirstPause;
         lost(why);
         const bool away = why.code == "unreachable" || why.code == "unavailable";
-        if (!wait(-1, pause)) return;
+        if (!wait(-1, is_wrong_token(why) ? kWrongTokenPause : pause)) return;
         pause = std::min<std::chrono::milliseconds>(2 * pause, away ? kLongestPause : kLongestRefusal);
     }
 }
@@ -153,23 +161,38 @@ Error Follower::follow() {
         tell({.boot = boot_});
         in_touch();
     }
-    for (;;) {
-        const auto asked = Clock::now();
+    const Error end{"unavailable", "", "", "The end."};
+    std::uint32_t question = 0;
+    const auto ask = [&] {
         v1::ClientMessage message;
-        message.set_request_id(1);
+        message.set_request_id(++question);
         message.mutable_follow()->set_boot(boot_);
         message.mutable_follow()->set_since_rev(boot_.empty() ? 0 : scene_.scene_rev);
-        if (const auto said = connection.say(message); !said) return said.error();
+        return connection.say(message);
+    };
+    for (;;) {
+        auto asked = Clock::now(), heard = asked;
+        if (const auto said = ask(); !said) return said.error();
         for (bool answered = false; !answered;) {
             const auto event = connection.next_arrived();
             if (!event) return event.error();
+            const auto now = Clock::now();
             if (!*event) {
-                if (!wait(connection.descriptor(), 1000ms)) return {"unavailable", "", "", "The end."};
+                if (now - heard > kLongestSilence)
+                    return {"unavailable", "", options_.url, "The leader has stopped answering."};
+                if (now - asked > kAskAgain) {
+                    asked = now;
+                    if (const auto said = ask(); !said) return said.error();
+                }
+                bool some = false;  // of a message that is still coming
+                if (!wait(connection.descriptor(), 1000ms, &some)) return end;
+                if (some) heard = Clock::now();
                 continue;
             }
+            heard = now;
             const v1::ServerMessage& came = (*event)->message;
             if (came.has_goodbye()) return {"unavailable", "", options_.url, "The leader says goodbye."};
-            if (came.request_id() != 1) continue;
+            if (came.request_id() != question) continue;
             if (came.has_result())
                 return {came.result().code(), came.result().field(), came.result().value(), came.result().message()};
             if (!came.has_followed()) continue;
@@ -181,7 +204,7 @@ Error Follower::follow() {
             answered = true;
         }
         const auto rest = std::chrono::duration_cast<std::chrono::milliseconds>(asked + kFrame - Clock::now());
-        if (rest > 0ms && !wait(-1, rest)) return {"unavailable", "", "", "The end."};
+        if (rest > 0ms && !wait(-1, rest)) return end;
     }
 }
 
@@ -210,7 +233,9 @@ Result<bool> Follower::load_scene(const FollowedShow& show, FetchedParts& fetche
     }
     const auto asset = exchange::load_any_scene(path, show.show.scene(), load, memory_room(options_.max_memory));
     if (!asset) return asset.error();
-    if (!same_files(**asset, show)) spdlog::warn("follow: {}: its files are others here than there", show.show.scene());
+    if (!same_files(**asset, show))
+        return Error{"unsupported", "follow", show.show.scene(),
+                     "its files read otherwise here than there: both servers must be of one version"};
     fetched.asset = *asset;
     fetched.traced = std::make_shared<const trace::Geometry>(*asset);
     fetched.drawn = lighting::make_drawn(fetched.traced, true);
@@ -258,7 +283,7 @@ Result<bool> Follower::take(const v1::Followed& followed) {
     scene_ = std::move(restored.scene);
     boot_ = show->boot;
     taken_.add();
-    tell({std::make_shared<const Scene>(scene_), boot_, anew, true});
+    tell({std::make_shared<const Scene>(scene_), boot_, anew, true, followed.cue_playback()});
     return true;
 }
 

@@ -50,7 +50,7 @@ private:
     void tell(LeaderNews news) const;
     void lost(const Error& why);
     // Waits until the descriptor (-1: none) can be read, at most for so long. Result: false at the end.
-    bool wait(int descriptor, std::chrono::milliseconds time) const;
+    bool wait(int descriptor, std::chrono::milliseconds time, bool* can_be_read = nullptr) const;
 
     const FollowOptions options_;
     std::string token_;  // of this connection

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <utility>
 
 #include "protocol/schema/codec.h"
 #include "server/assets/assets.h"
@@ -30,44 +31,49 @@ Blobs blobs_of(const AssetFiles* files, const ProfileTexts& texts) {
 
 }  // namespace
 
-void Followers::take(const Work& work, const Scene& scene, const std::string& boot, Replies& replies) {
-    if (work.message.request_id() == 0) return;
-    const v1::Follow& follow = work.message.follow();
-    if (const auto before = waiting_.find(work.session); before != waiting_.end()) {
-        replies.refuse(before->second.work, {"unexpected", "follow", "", "another Follow of this client came"});
-        waiting_.erase(before);
-    }
-    if (follow.boot() == boot && follow.since_rev() == scene.scene_rev)
-        waiting_[work.session] = {work, show_file(scene)};
-    else
-        answer(work, scene, boot, replies);
+bool Followers::knows_all(const One& one, const v1::Follow& follow, const Shown& shown) {
+    return follow.boot() == shown.boot && follow.since_rev() == shown.scene.scene_rev && one.told &&
+           one.cues == shown.cues && same(one.file, show_file(shown.scene));
 }
 
-void Followers::tell(const Scene& scene, const std::string& boot, Replies& replies) {
-    for (auto at = waiting_.begin(); at != waiting_.end();) {
-        const v1::Follow& follow = at->second.work.message.follow();
-        const bool news =
-            follow.boot() != boot || follow.since_rev() != scene.scene_rev || !same(at->second.told, show_file(scene));
-        if (news) answer(at->second.work, scene, boot, replies);
-        at = news ? waiting_.erase(at) : std::next(at);
+void Followers::take(const Work& work, const Shown& shown, Replies& replies) {
+    if (work.message.request_id() == 0) return;
+    One& one = followers_[work.session];
+    if (one.waiting) {
+        replies.refuse(*one.waiting, {"unexpected", "follow", "", "another Follow of this client came"});
+        one.waiting.reset();
+    }
+    if (knows_all(one, work.message.follow(), shown))
+        one.waiting = work;
+    else
+        answer(one, work, shown, replies);
+}
+
+void Followers::tell(const Shown& shown, Replies& replies) {
+    for (auto& [session, one] : followers_) {
+        if (!one.waiting || knows_all(one, one.waiting->message.follow(), shown)) continue;
+        const Work work = *std::exchange(one.waiting, std::nullopt);
+        answer(one, work, shown, replies);
     }
 }
 
 void Followers::refuse(const Error& error, Replies& replies) {
-    for (const auto& [session, waiting] : waiting_) replies.refuse(waiting.work, error);
-    waiting_.clear();
+    for (auto& [session, one] : followers_)
+        if (const auto waiting = std::exchange(one.waiting, std::nullopt)) replies.refuse(*waiting, error);
 }
 
-void Followers::answer(const Work& work, const Scene& scene, const std::string& boot, Replies& replies) {
+void Followers::answer(One& one, const Work& work, const Shown& shown, Replies& replies) {
+    const Scene& scene = shown.scene;
     const v1::Follow& follow = work.message.follow();
-    const bool knows = follow.boot() == boot && follow.since_rev() <= scene.scene_rev;
+    const bool knows = follow.boot() == shown.boot && follow.since_rev() <= scene.scene_rev;
     const bool file = scene.asset->files || is_built_in(scene.asset->name);
     if (!file) {
         replies.refuse(work, {"unsupported", "follow", scene.asset->name,
                               "the files of this scene could not be read again, or are too many to be followed"});
         return;
     }
-    v1::Followed followed = followed_of(scene, boot, knows ? follow.since_rev() : 0, texts_);
+    v1::Followed followed = followed_of(scene, shown.boot, knows ? follow.since_rev() : 0, texts_);
+    *followed.mutable_cue_playback() = shown.cue_playback();
     if (followed.ByteSizeLong() > kMaxServerMessageBytes - 1024) {
         replies.refuse(work, {"too_large", "follow", std::to_string(followed.ByteSizeLong()) + " bytes",
                               "a show of more than 256 MiB cannot be followed"});
@@ -80,6 +86,9 @@ void Followers::answer(const Work& work, const Scene& scene, const std::string& 
         published_files_ = scene.asset->files;
         publish_(published_);
     }
+    one.file = show_file(scene);
+    one.cues = shown.cues;
+    one.told = true;
     replies.answer(work, message_of(&v1::ServerMessage::mutable_followed, std::move(followed)));
 }
 

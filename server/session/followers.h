@@ -21,23 +21,33 @@ public:
     using PublishBlobs = std::function<void(std::shared_ptr<const Blobs>)>;
     explicit Followers(PublishBlobs publish) : publish_(std::move(publish)) {}
 
+    // What is told. cues: how often clients have been told of cue_playback().
+    struct Shown {
+        const Scene& scene;
+        const std::string& boot;
+        std::uint64_t cues = 0;
+        std::function<v1::CuePlayback()> cue_playback;
+    };
     // work: of a Follow. Takes the place of one of the same session that waits, which is answered "unexpected".
-    void take(const Work& work, const Scene& scene, const std::string& boot, Replies& replies);
-    // The scene has changed, or what is known of its file.
-    void tell(const Scene& scene, const std::string& boot, Replies& replies);
+    void take(const Work& work, const Shown& shown, Replies& replies);
+    // Something of it has changed, or what is known of the show's file.
+    void tell(const Shown& shown, Replies& replies);
     // All that wait are answered so.
     void refuse(const Error& error, Replies& replies);
-    void forget_session(std::uint32_t session) { waiting_.erase(session); }
+    void forget_session(std::uint32_t session) { followers_.erase(session); }
 
 private:
-    struct Waiting {
-        Work work;
-        v1::ShowFile told;  // of the show's file, when it was asked
+    struct One {
+        std::optional<Work> waiting;
+        v1::ShowFile file;       // that it was told last
+        std::uint64_t cues = 0;  // likewise, of Shown
+        bool told = false;
     };
-    void answer(const Work& work, const Scene& scene, const std::string& boot, Replies& replies);
+    static bool knows_all(const One& one, const v1::Follow& follow, const Shown& shown);
+    void answer(One& one, const Work& work, const Shown& shown, Replies& replies);
 
     PublishBlobs publish_;
-    std::map<std::uint32_t, Waiting> waiting_;  // by session
+    std::map<std::uint32_t, One> followers_;  // by session
     ProfileTexts texts_;
     std::shared_ptr<const Blobs> published_;
     std::shared_ptr<const AssetFiles> published_files_;

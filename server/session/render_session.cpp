@@ -81,7 +81,7 @@ v1::State RenderSession::state() const {
     state.set_boot(boot_);
     state.set_restored_rev(restored_rev_);
     *state.mutable_show() = show_now();
-    *state.mutable_cue_playback() = cues_.playback(scene_, monotonic_ns());
+    *state.mutable_cue_playback() = cue_playback();
     if (follows()) state.set_leader(leader_);
     return state;
 }
@@ -253,10 +253,12 @@ void RenderSession::tell(v1::StateChanged change, std::uint32_t by) {
         *change.mutable_state()->mutable_show() = show;
         told_show_ = show;
     }
-    if (auto playback = cues_.take_news(scene_, monotonic_ns()))
-        *change.mutable_state()->mutable_cue_playback() = std::move(*playback);
+    if (!follows())
+        if (auto playback = cues_.take_news(scene_, monotonic_ns()))
+            *change.mutable_state()->mutable_cue_playback() = std::move(*playback);
+    if (change.state().has_cue_playback()) ++cues_told_;
     out_.state(state(), std::move(change));
-    followers_.tell(scene_, boot_, replies_);
+    followers_.tell(shown(), replies_);
 }
 
 void RenderSession::apply_command(const Work& work) {

@@ -162,6 +162,8 @@ private:
     void take_scene(const LeaderNews& news);
     void take_follow(const Work& work);
     bool follows() const { return !leader_.empty(); }
+    Followers::Shown shown() const;
+    v1::CuePlayback cue_playback() const;
     void tell_control(std::uint32_t by);
     void tell(v1::StateChanged change, std::uint32_t by);
     v1::ShowFile show_now() const;
@@ -192,7 +194,8 @@ private:
     std::uint32_t fade_by_ = 0;    // whose recall it is
     std::uint64_t fade_step_ = 0;  // what it is in undo_; 0: of a console or a fader box
     PlayedCues cues_;
-    std::uint32_t cue_by_ = 0;  // whose GO it was
+    std::uint32_t cue_by_ = 0;     // whose GO it was
+    std::uint64_t cues_told_ = 0;  // how often clients have been told of cue_playback()
     Undo undo_;
     ReportLog reports_;
     CaptureQueue captures_;
@@ -203,6 +206,7 @@ private:
     std::string leader_;                      // address; empty: it follows nobody
     bool in_touch_ = true;                    // with the leader
     std::shared_ptr<const LeaderNews> anew_;  // that waits for another renderer
+    v1::CuePlayback leader_cues_;             // cue_playback() of the leader
     ProfileTexts hashed_texts_;               // of show_hash()
     v1::ShowFile told_show_;
     std::shared_ptr<Library> library_ = std::make_shared<Library>();

@@ -7,6 +7,7 @@
 namespace gonio {
 
 void RenderSession::set_leader(std::string address) {
+    leader_cues_ = cue_playback();
     roles_.set_leader(address);
     leader_ = std::move(address);
     in_touch_ = false;
@@ -20,7 +21,15 @@ static Error out_of_touch(const std::string& leader) {
 
 void RenderSession::take_follow(const Work& work) {
     if (!in_touch_) return replies_.refuse(work, out_of_touch(leader_));
-    followers_.take(work, scene_, boot_, replies_);
+    followers_.take(work, shown(), replies_);
+}
+
+Followers::Shown RenderSession::shown() const {
+    return {scene_, boot_, cues_told_, [this] { return cue_playback(); }};
+}
+
+v1::CuePlayback RenderSession::cue_playback() const {
+    return follows() ? leader_cues_ : cues_.playback(scene_, monotonic_ns());
 }
 
 void RenderSession::take_leader(const std::shared_ptr<const LeaderNews>& news) {
@@ -50,6 +59,8 @@ void RenderSession::take_scene(const LeaderNews& news) {
     in_touch_ = true;
     v1::StateChanged change = state_change(before, scene_);
     if (std::exchange(boot_, news.boot) != boot_) change.mutable_state()->set_boot(boot_);
+    if (news.cues.SerializeAsString() != leader_cues_.SerializeAsString())
+        *change.mutable_state()->mutable_cue_playback() = leader_cues_ = news.cues;
     tell(std::move(change), 0);
 }
 

@@ -19,6 +19,7 @@ struct LeaderNews {
     std::string boot;                    // State.boot of the leader
     bool anew = false;                   // its revisions began again: none of before counts
     bool in_touch = true;                // else the connection is lost
+    v1::CuePlayback cues;                // with a scene: State.cue_playback of the leader
 };
 
 struct Work {

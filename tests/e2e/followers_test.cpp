@@ -319,6 +319,32 @@ TEST_F(FollowerKills, TenAtRandom) {
     for (const auto& follower : followers) ASSERT_TRUE(comes_to_show(follower->url(), there));
 }
 
+// One that is stopped keeps its connections: only its silence tells.
+TEST_F(FollowerKills, AHungLeaderIsNoticed) {
+    start();
+    const auto in_touch = [&] {
+        Client client(port_of(followers[0]->url()));
+        client.get("/metrics");
+        return client.body.find("\ngonio_leader_connected 1\n") != std::string::npos;
+    };
+    const auto becomes = [&](bool wanted, std::chrono::seconds most) {
+        for (const auto began = Clock::now(); Clock::now() - began < most; std::this_thread::sleep_for(200ms))
+            if (in_touch() == wanted) return true;
+        return false;
+    };
+    ASSERT_TRUE(becomes(true, 10s));
+    std::this_thread::sleep_for(35s);  // without news, longer than its silence may last
+    EXPECT_TRUE(in_touch());
+    EXPECT_EQ(followers[0]->log().find("has stopped answering"), std::string::npos);
+    kill(leader->pid(), SIGSTOP);
+    EXPECT_TRUE(becomes(false, 45s));
+    EXPECT_NE(followers[0]->log().find("has stopped answering"), std::string::npos);
+    kill(leader->pid(), SIGCONT);
+    give(10);
+    EXPECT_TRUE(equal_in_time(leader->url(), followers[0]->url(), "the leader went on", Clock::now()));
+    EXPECT_TRUE(becomes(true, 10s));
+}
+
 // Files beside the scene's own come by their hash, also to a follower of a follower; a change is refused by both.
 TEST(FollowersOf, AScenesFilesAreFetchedAndEveryChangeIsRefused) {
     const TemporaryFolder folder;
@@ -392,6 +418,45 @@ TEST(FollowersOf, BeginAnewWithALeaderThatDoes) {
     bool away = false;  // whoever was there is told to come again
     for (auto event = (*viewer)->next(); event; event = (*viewer)->next()) away = away || event->message.has_goodbye();
     EXPECT_TRUE(away);
+}
+
+TEST(FollowersOf, SeeTheLeadersCuesRun) {
+    const DaemonProcess leader(options({}));
+    const auto follower = follower_of(leader.url()), next = follower_of(follower->url());
+    leader.rev({"cue", "add", "1", "--up", "100"});
+    leader.rev({"set", "master", "0.5"});
+    leader.rev({"cue", "go"});
+    const auto shows = [](const DaemonProcess& daemon, const char* field, const nlohmann::json& value) {
+        for (int i = 0; i < 250; ++i, std::this_thread::sleep_for(20ms))
+            if (daemon.json({"cue", "list"})["cue_playback"][field] == value) return true;
+        ADD_FAILURE() << daemon.json({"cue", "list"})["cue_playback"];
+        return false;
+    };
+    const std::vector<const DaemonProcess*> all = {&leader, follower.get(), next.get()};
+    for (const DaemonProcess* one : all) {
+        EXPECT_TRUE(shows(*one, "active", "1"));
+        EXPECT_TRUE(shows(*one, "running", true));
+        EXPECT_TRUE(shows(*one, "chase", "off"));
+    }
+    leader.rev({"cue", "stop"});
+    for (const DaemonProcess* one : all) EXPECT_TRUE(shows(*one, "held", true));
+}
+
+// Another one at the same address may have the right token.
+TEST(FollowersOf, AWrongTokenIsNotTriedUntilTheAddressIsShut) {
+    const TemporaryFolder folder;
+    const std::string right = folder.file("right", "right-token-of-the-leader"),
+                      wrong = folder.file("wrong", "wrong-token-of-the-leader");
+    const DaemonProcess leader(options({"--token-file", right, "--max-auth-failures", "3"}));
+    const DaemonProcess follower({"--renderer", "null", "--follow", leader.url(), "--follow-token-file", wrong});
+    for (int i = 0; i < 250 && follower.log().find("refused") == std::string::npos; ++i)
+        std::this_thread::sleep_for(20ms);
+    EXPECT_NE(follower.log().find("refused"), std::string::npos) << follower.log();
+    std::this_thread::sleep_for(1500ms);  // it once tried four times in 0.7 s
+    EXPECT_EQ(leader.gonio({"--token-file", right, "get", "scene_rev"}).exit_code, 0);
+    const Finished learned = follower.gonio({"learn"});
+    EXPECT_EQ(learned.exit_code, 1);
+    EXPECT_EQ(learned.err.find("move a control"), std::string::npos) << "it asks for what is then refused";
 }
 
 TEST(FollowersOf, SayWhatIsWrong) {

@@ -126,7 +126,10 @@ TEST(CliOutput, ServerUrls) {
     EXPECT_EQ(parsed("https://host"), "host 443");
     EXPECT_TRUE(parse_server_url("https://host:8443")->secure);
     EXPECT_FALSE(parse_server_url("host:443")->secure);
-    for (const char* bad : {"ftp://x", "http://", "http://x:", "x:99999999", "x:port", "[::1"})
+    EXPECT_EQ(parse_server_url("host")->url(), "http://host:8080");
+    EXPECT_EQ(parse_server_url("wss://[::1]/")->url(), "https://[::1]:443");
+    for (const char* bad : {"ftp://x", "http://", "http://x:", "x:99999999", "x:port", "[::1", "http://host/viewer",
+                            "http://user:secret@host", "http://host?token=secret", "http://host/#secret"})
         EXPECT_EQ(parsed(bad), "usage") << bad;
 }
 

@@ -181,9 +181,13 @@ TEST_F(Follow, AShowThatIsSavedIsToldWithoutANewRevision) {
 }
 
 TEST_F(Follow, OneQuestionOfAServerWaits) {
+    const auto told = ask("leader", scene().scene_rev);
+    ASSERT_TRUE(told) << "it may have missed what is no revision";
+    EXPECT_EQ(told->since_rev(), scene().scene_rev);
+    EXPECT_EQ(told->cue_playback().chase(), "off");
     ASSERT_FALSE(ask("leader", scene().scene_rev));
     ASSERT_FALSE(ask("leader", scene().scene_rev));
-    EXPECT_EQ(reply.result().code(), "unexpected") << "the first one is given back";
+    EXPECT_EQ(reply.result().code(), "unexpected") << "the one before is given back";
     leave(7);
     reply.Clear();
     say(kAnn, level("key", 0.25));
