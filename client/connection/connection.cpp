@@ -53,9 +53,10 @@ public:
             const int status = response.result_int();
             const bool refused = status == 400 || status == 401 || status == 403 || status == 429 || status == 503;
             return Error{refused ? "refused" : "unreachable", "HTTP " + std::to_string(status), where_,
-                         status == 429 ? "Too many wrong tokens or connections came from this address; wait a minute."
-                         : refused     ? "The server refused the connection."
-                                       : "This address does not speak this protocol."};
+                         status == 429   ? "Too many wrong tokens or connections came from this address; wait a minute."
+                         : status == 403 ? "The server has another name; its --host-name may name this one too."
+                         : refused       ? "The server refused the connection."
+                                         : "This address does not speak this protocol."};
         }
         if (error) return unreachable(error);
         socket_.read_message_max(kMaxServerMessageBytes);
@@ -203,7 +204,8 @@ Result<ServerAddress> parse_server_url(std::string_view url) {
     }
     if (port_at != std::string_view::npos) address.port = rest.substr(port_at + 1);
     if (address.host.empty() || address.port.empty() || address.port.size() > 5 ||
-        address.port.find_first_not_of("0123456789") != std::string::npos)
+        address.port.find_first_not_of("0123456789") != std::string::npos || std::stoi(address.port) < 1 ||
+        std::stoi(address.port) > 65535)
         return refusal("A server is written like http://127.0.0.1:8080.");
     return address;
 }

@@ -43,7 +43,7 @@ Result<bool> fetch_on(const ServerAddress& address, const std::string& token, co
     if (error) return broken(error);
     if (parser.get().result() != http::status::ok)
         return Error{"refused", "HTTP " + std::to_string(parser.get().result_int()), path,
-                     "The server does not give it."};
+                     "The server does not give it: it may have changed there since it was loaded."};
     std::array<char, 1 << 16> chunk;
     std::uint64_t bytes = 0;
     while (!parser.is_done()) {

@@ -75,7 +75,8 @@ public:
                 tls_.set_default_verify_paths(error);
             else
                 tls_.load_verify_file(address.ca_file, error);
-            if (error) return Error{"file_unreadable", "--ca", address.ca_file, "The certificates cannot be read."};
+            if (error)
+                return Error{"file_unreadable", "authorities", address.ca_file, "The certificates cannot be read."};
             SSL_set_min_proto_version(stream.native_handle(), TLS1_2_VERSION);
             stream.set_verify_mode(asio::ssl::verify_peer);
             stream.set_verify_callback(asio::ssl::host_name_verification(address.host));
@@ -104,10 +105,13 @@ public:
                 stream.async_handshake(asio::ssl::stream_base::client, [done](error_code e) { done(e); });
             });
             const long verified = SSL_get_verify_result(stream.native_handle());
-            if (error && verified != X509_V_OK)
+            if (error && verified != X509_V_OK) {
+                const char* why = verified == X509_V_ERR_UNSPECIFIED ? "it is of another name"  // of ours, above
+                                                                     : X509_verify_cert_error_string(verified);
                 return Error{"untrusted", "", address.host_header(),
-                             std::string("The server's certificate is not trusted: ") +
-                                 X509_verify_cert_error_string(verified) + "; --ca names a file of authorities."};
+                             std::string("The server's certificate is not trusted: ") + why +
+                                 "; --ca (--follow-ca of goniod) names a file of authorities."};
+            }
             if (error) return unreachable(error);
         }
         return true;

@@ -301,9 +301,12 @@ Finding check_leader(const Options& options) {
     leader->ca_file = options.follow_ca;
     const auto opened = Connection::open(*leader, {*token, false, false, "viewer", "goniod --doctor"});
     if (opened) return {"leader", State::ok, options.follow + " can be followed.", ""};
-    return {"leader", State::warning, options.follow + ": " + opened.error().text(),
-            opened.error().code == "unreachable" ? "start that goniod, or give --follow its address and port"
-                                                 : "give --follow-token-file its token, --follow-ca its authority"};
+    const Error& why = opened.error();
+    return {"leader", State::warning, options.follow + ": " + why.text(),
+            why.code == "unreachable" ? "start that goniod, or give --follow its address and port"
+            : why.code == "untrusted" ? "give --follow-ca its authority, and --follow the name of its certificate"
+            : why.where == "HTTP 403" ? "give that goniod --host-name " + leader->host
+                                      : "give --follow-token-file its token"};
 }
 
 std::string findings_text(const std::vector<Finding>& findings, bool json) {

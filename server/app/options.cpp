@@ -39,9 +39,9 @@ std::vector<OptionFault> check_samples(const Options& options) {
 
 // What a follower takes from its leader, or would write.
 constexpr const char* kOfLeader[] = {
-    "scene", "scale",       "universe-offset", "technique", "samples", "size", "patch",
-    "state", "surface-map", "surface-replay",  "shows",     "gels",    "sacn", "artnet",
-    "osc",   "box",         "oneshot",         "bake",      "library"};
+    "scene",       "scale",          "universe-offset", "technique",  "samples", "size",           "patch", "state",
+    "surface-map", "surface-replay", "shows",           "gels",       "sacn",    "artnet",         "osc",   "box",
+    "oneshot",     "bake",           "library",         "scene-root", "osc-eos", "ignore-preview", "midi"};
 
 std::vector<OptionFault> check_follow(const Options& options) {
     if (options.follow.empty()) {

@@ -125,8 +125,7 @@ Result<std::string> BlobCache::folder_of(const std::vector<AssetFile>& files) {
         all += file.path + '\0' + file.sha256 + '\n';
         if (file.bytes > file_bytes_)
             return Error{"too_large", "follow", file.path,
-                         "it has " + std::to_string(file.bytes) + " bytes, --max-upload-mib lets in " +
-                             std::to_string(file_bytes_)};
+                         "it has " + std::to_string(file.bytes) + " bytes, more than --max-upload-mib"};
         bytes += file.bytes;
     }
     if (bytes > all_bytes_)

@@ -115,7 +115,7 @@ void Follower::tell(LeaderNews news) const {
 void Follower::lost(const Error& why) {
     connected_.set(0);
     if (in_touch_) losses_.add();
-    if (std::exchange(in_touch_, false) || said_.empty()) tell({.in_touch = false});
+    if (std::exchange(in_touch_, false) || said_.empty()) tell({});
     const std::string text = why.text();
     if (text != std::exchange(said_, text))
         spdlog::warn("follow: {}: {}: {}; what came last stays", options_.url, why.code, text);
@@ -151,16 +151,6 @@ Error Follower::follow() {
     if (there.boot() == options_.boot)
         return {"invalid_argument", "--follow", options_.url, "this is the address of this server itself"};
     if (const auto gels = take_gels(connection); !gels) return gels.error();
-    const auto in_touch = [&] {
-        connected_.set(1);
-        if (std::exchange(in_touch_, true)) return;
-        said_.clear();
-        spdlog::info("follow: {}: in touch at revision {}", options_.url, scene_.scene_rev);
-    };
-    if (!boot_.empty() && there.boot() == boot_ && there.scene_rev() == scene_.scene_rev) {
-        tell({.boot = boot_});
-        in_touch();
-    }
     const Error end{"unavailable", "", "", "The end."};
     std::uint32_t question = 0;
     const auto ask = [&] {
@@ -200,7 +190,11 @@ Error Follower::follow() {
                 boot_.clear();
                 return taken.error();
             }
-            in_touch();
+            connected_.set(1);
+            if (!std::exchange(in_touch_, true)) {
+                said_.clear();
+                spdlog::info("follow: {}: in touch at revision {}", options_.url, scene_.scene_rev);
+            }
             answered = true;
         }
         const auto rest = std::chrono::duration_cast<std::chrono::milliseconds>(asked + kFrame - Clock::now());
@@ -283,7 +277,7 @@ Result<bool> Follower::take(const v1::Followed& followed) {
     scene_ = std::move(restored.scene);
     boot_ = show->boot;
     taken_.add();
-    tell({std::make_shared<const Scene>(scene_), boot_, anew, true, followed.cue_playback()});
+    tell({std::make_shared<const Scene>(scene_), boot_, anew, followed.cue_playback()});
     return true;
 }
 

@@ -3,6 +3,7 @@
 #include "server/http/sessions.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -42,6 +43,9 @@ private:
     }
     bool open() {
         file_ = Descriptor(::open(blob_.file.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK));
+        struct stat now {};
+        const bool same = ::fstat(file_.fd(), &now) == 0 && static_cast<std::uint64_t>(now.st_size) == blob_.bytes;
+        if (!same) file_ = Descriptor();  // it has changed since it was loaded
         const std::string head = file_
                                      ? "HTTP/1.1 200 OK\r\nContent-Type: application/octet-stream\r\nContent-Length: " +
                                            std::to_string(blob_.bytes) +

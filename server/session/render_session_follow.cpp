@@ -33,13 +33,9 @@ v1::CuePlayback RenderSession::cue_playback() const {
 }
 
 void RenderSession::take_leader(const std::shared_ptr<const LeaderNews>& news) {
-    if (!news->in_touch) {
+    if (!news->scene) {
         in_touch_ = false;
         return followers_.refuse(out_of_touch(leader_), replies_);
-    }
-    if (!news->scene) {
-        in_touch_ = true;
-        return;
     }
     if (anew_ || news->anew)  // one that came meanwhile has all of the one before
         anew_ = news;

@@ -15,11 +15,10 @@ inline constexpr std::size_t kMaxWork = 1024;  // messages waiting for the rende
 
 // What a server that follows another hears of it (server/follow/follower.h).
 struct LeaderNews {
-    std::shared_ptr<const Scene> scene;  // as the leader has it now; null: nothing came
+    std::shared_ptr<const Scene> scene;  // as the leader has it now; null: the connection is lost
     std::string boot;                    // State.boot of the leader
     bool anew = false;                   // its revisions began again: none of before counts
-    bool in_touch = true;                // else the connection is lost
-    v1::CuePlayback cues;                // with a scene: State.cue_playback of the leader
+    v1::CuePlayback cues;                // State.cue_playback of the leader
 };
 
 struct Work {

@@ -104,6 +104,13 @@ bool equal_in_time(const std::string& leader, const std::string& follower, const
     return false;
 }
 
+// Whether it comes to log the text.
+bool logs(const DaemonProcess& daemon, const std::string& text) {
+    for (int i = 0; i < 250; ++i, std::this_thread::sleep_for(20ms))
+        if (daemon.log().find(text) != std::string::npos) return true;
+    return false;
+}
+
 // Gives commands at random, of all kinds, files among them.
 class Hand {
 public:
@@ -374,6 +381,17 @@ TEST(FollowersOf, AScenesFilesAreFetchedAndEveryChangeIsRefused) {
     expect_refused(*next, {"save", "show", "x"}, follower->url());
     EXPECT_EQ(follower->json({"get", "leader"}), leader.url());
     EXPECT_EQ(shown_by(next->url()), there);
+
+    folder.file("hall.gltf", "it is shorter now");
+    const auto late = follower_of(leader.url());
+    EXPECT_TRUE(logs(*late, "HTTP 404")) << late->log();
+    // Without the leader nobody is in touch, nor says so.
+    kill(leader.pid(), SIGKILL);
+    EXPECT_TRUE(logs(*next, "is out of touch with it")) << next->log();
+    std::this_thread::sleep_for(1s);
+    const std::string log = next->log();
+    EXPECT_EQ(log.find("in touch at", log.find("in touch at") + 1), std::string::npos) << log;
+    EXPECT_EQ(shown_by(next->url()), there);
 }
 
 TEST(FollowerPictures, AreTheLeadersAndCostNoMore) {
@@ -449,9 +467,7 @@ TEST(FollowersOf, AWrongTokenIsNotTriedUntilTheAddressIsShut) {
                       wrong = folder.file("wrong", "wrong-token-of-the-leader");
     const DaemonProcess leader(options({"--token-file", right, "--max-auth-failures", "3"}));
     const DaemonProcess follower({"--renderer", "null", "--follow", leader.url(), "--follow-token-file", wrong});
-    for (int i = 0; i < 250 && follower.log().find("refused") == std::string::npos; ++i)
-        std::this_thread::sleep_for(20ms);
-    EXPECT_NE(follower.log().find("refused"), std::string::npos) << follower.log();
+    EXPECT_TRUE(logs(follower, "refused")) << follower.log();
     std::this_thread::sleep_for(1500ms);  // it once tried four times in 0.7 s
     EXPECT_EQ(leader.gonio({"--token-file", right, "get", "scene_rev"}).exit_code, 0);
     const Finished learned = follower.gonio({"learn"});
@@ -463,11 +479,6 @@ TEST(FollowersOf, SayWhatIsWrong) {
     const Finished run = run_program("goniod", {"--follow", "http://127.0.0.1:1", "--scene", "cornell"});
     EXPECT_EQ(run.exit_code, 78);
     EXPECT_NE(run.err.find("--scene does not go with --follow"), std::string::npos) << run.err;
-    const auto logs = [](const DaemonProcess& daemon, const std::string& text) {
-        for (int i = 0; i < 250; ++i, std::this_thread::sleep_for(20ms))
-            if (daemon.log().find(text) != std::string::npos) return true;
-        return false;
-    };
     const auto ready = [](const DaemonProcess& daemon) {
         Client client(port_of(daemon.url()));
         client.send("GET /readyz HTTP/1.1\r\nHost: localhost\r\n\r\n");

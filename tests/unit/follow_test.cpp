@@ -580,7 +580,7 @@ TEST_F(Follow, AFollowerIsFollowedWhileItIsInTouch) {
     heard.scene_rev = heard.master_rev = 40;
     heard.master_ratio = 0.25;
     changes.clear();
-    hear({std::make_shared<const Scene>(heard), "root", false, true});
+    hear({std::make_shared<const Scene>(heard), "root", false, {}});
     EXPECT_EQ(scene().scene_rev, 40u);
     ASSERT_EQ(changes.size(), 1u);
     EXPECT_EQ(changes[0].state().master_ratio(), 0.25);
@@ -590,7 +590,14 @@ TEST_F(Follow, AFollowerIsFollowedWhileItIsInTouch) {
     ASSERT_TRUE(told);
     EXPECT_EQ(told->boot(), "root") << "its revisions are the leader's";
     ASSERT_FALSE(ask("root", 40));
-    hear({nullptr, "", false, false});
+    v1::CuePlayback cues;
+    cues.set_active("7");
+    hear({std::make_shared<const Scene>(heard), "root", false, cues});
+    EXPECT_EQ(changes.back().state().cue_playback().active(), "7");
+    ASSERT_TRUE(reply.has_followed()) << "a cue's news are no revision, and are told";
+    EXPECT_EQ(reply.followed().cue_playback().active(), "7");
+    ASSERT_FALSE(ask("root", 40));
+    hear({});
     EXPECT_EQ(reply.result().code(), "unavailable") << "who waits is told";
 }
 
