@@ -182,10 +182,11 @@ Error Follower::follow() {
             heard = now;
             const v1::ServerMessage& came = (*event)->message;
             if (came.has_goodbye()) return {"unavailable", "", options_.url, "The leader says goodbye."};
-            if (came.request_id() != question) continue;
-            if (came.has_result())
+            const bool late = came.request_id() != question;  // it crossed that question
+            if (came.has_result() && !late)
                 return {came.result().code(), came.result().field(), came.result().value(), came.result().message()};
             if (!came.has_followed()) continue;
+            if (late && came.followed().scene_rev() != scene_.scene_rev) continue;  // the next answer has it too
             if (const auto taken = take(came.followed()); !taken) {
                 boot_.clear();
                 return taken.error();
@@ -195,7 +196,7 @@ Error Follower::follow() {
                 said_.clear();
                 spdlog::info("follow: {}: in touch at revision {}", options_.url, scene_.scene_rev);
             }
-            answered = true;
+            answered = !late;
         }
         const auto rest = std::chrono::duration_cast<std::chrono::milliseconds>(asked + kFrame - Clock::now());
         if (rest > 0ms && !wait(-1, rest)) return end;
