@@ -123,6 +123,8 @@ Json read_job(const std::string& file) {
         job = Json::parse(*text, watch);
     } catch (const Json::parse_error& error) {
         refuse(file, "byte " + std::to_string(error.byte), "the job is not JSON");
+    } catch (const Json::out_of_range&) {
+        refuse(file, "", "the job has a number beyond double precision");
     }
     if (too_deep) refuse(file, "", "a job may be nested at most " + std::to_string(kMostDepth) + " deep");
     if (!job.is_object()) refuse(file, job, "the job must be an object");

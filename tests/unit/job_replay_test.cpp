@@ -17,7 +17,7 @@ TEST(JobReplay, TheCorpusAndDamagedCopiesOfIt) {
     for (const auto& entry : std::filesystem::directory_iterator(GONIO_SOURCE_DIR "/tests/fuzz/job_corpus")) {
         std::ifstream file(entry.path(), std::ios::binary);
         const std::string whole((std::istreambuf_iterator<char>(file)), {});
-        EXPECT_EQ(fuzz::check_job(whole), entry.path().filename() != "refused") << entry.path();
+        EXPECT_EQ(fuzz::check_job(whole), !entry.path().filename().string().starts_with("refused")) << entry.path();
         for (unsigned i = 0; i < 100; ++i, ++inputs) fuzz::check_job(fuzz::damaged(whole, 1 + i / 20, random));
     }
     EXPECT_GE(inputs, 400u);

@@ -144,6 +144,9 @@ class Sequences(unittest.TestCase):
         path.write_text('{"sequence":')
         _, errors = self.run_to_end(path, 'none', code=78)
         self.assertIn('bad.json: bad_job: the job is not JSON (byte 13)', errors)
+        path.write_text('{"sequence": {"frames": 1e999}}')
+        _, errors = self.run_to_end(path, 'none', code=78)
+        self.assertIn('bad.json: bad_job: the job has a number beyond double precision', errors)
         self.run_to_end(self.job(SHORT), 'none', '--shard', '2/2', code=2)
         self.assertFalse((self.folder / 'none').exists())
 
