@@ -96,7 +96,7 @@ def lights():
     print('| lights | a level | all levels | one moves | camera moves | memory |\n|---|---|---|---|---|---|')
     for count in LIGHTS:
         server = Goniod(GONIOD, '--scene', 'cornell', '--surfaces', 'off')
-        viewer = watch(server)
+        viewer = None  # until all are there: else each that comes is rendered
         try:
             gonio(server, 'set', 'exposure', '6')
             names = [f'l{i}' for i in range(1, count)]
@@ -106,6 +106,7 @@ def lights():
                 gonio(server, 'add', 'light', name, '--like', 'luminaire', '--position',
                       f'{0.3 * x - 0.15:.4f},2.4,{0.3 * z - 0.15:.4f}')
             gonio(server, 'group', 'all', 'luminaire', *names)
+            viewer = watch(server)
             level = frame_ms(server, lambda i: ('set', 'light', 'luminaire', '--level', f'{0.4 + 0.02 * i}'))
             levels = frame_ms(server, lambda i: ('set', 'light', 'all', '--level', f'{0.4 + 0.02 * i}'))
             moves = frame_ms(server, lambda i: ('set', 'light', 'luminaire', '--position', f'{0.01 * i},2.3,0'))
@@ -114,8 +115,9 @@ def lights():
             print(f'| {count:,} | {level:.1f} ms | {levels:.1f} ms | {moves:.1f} ms | {camera:.0f} ms | {memory:.0f} MiB |',
                   flush=True)
         finally:
-            viewer.kill()
-            viewer.wait()
+            if viewer:
+                viewer.kill()
+                viewer.wait()
             server.stop()
 
 
