@@ -128,8 +128,9 @@ TEST(CliOutput, ServerUrls) {
     EXPECT_FALSE(parse_server_url("host:443")->secure);
     EXPECT_EQ(parse_server_url("host")->url(), "http://host:8080");
     EXPECT_EQ(parse_server_url("wss://[::1]/")->url(), "https://[::1]:443");
-    for (const char* bad : {"ftp://x", "http://", "http://x:", "x:99999999", "x:65536", "x:0", "x:port", "[::1", "http://host/viewer",
-                            "http://user:secret@host", "http://host?token=secret", "http://host/#secret"})
+    for (const char* bad :
+         {"ftp://x", "http://", "http://x:", "x:99999999", "x:65536", "x:0", "x:port", "[::1", "http://host/viewer",
+          "http://user:secret@host", "http://host?token=secret", "http://host/#secret"})
         EXPECT_EQ(parsed(bad), "usage") << bad;
 }
 
