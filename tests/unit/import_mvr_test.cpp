@@ -235,6 +235,22 @@ TEST(ImportMvr, ThePatchDrivesLevelPanAndTilt) {
     EXPECT_EQ(shown.patch, own);
 }
 
+// Universe 1 as one console sends it, in sACN; all slots are 0.
+DmxUniverse universe_of_a_console() {
+    DmxUniverse universe;
+    DmxSource& source = universe.sources.emplace_back();
+    source.id = 1;
+    source.rank.fill(101);
+    return universe;
+}
+
+// What the scene's patch makes of it.
+void hear(Scene& scene, const DmxUniverse& universe) {
+    PatchReader reader(patch_in_force(scene));
+    const auto values = reader.read({DmxProtocol::sacn, 1}, universe);
+    for (const auto& refused : apply_inputs(scene, commands_of(scene, values))) EXPECT_FALSE(refused);
+}
+
 // A rotation, Z up in mm as a Matrix of MVR, and as what it makes of the scene.
 struct Hang {
     glm::dquat turn;
@@ -322,10 +338,8 @@ TEST(ImportMvr, AConsoleTurnsWhatTheShowHasTurned) {
     const auto asset = imported(show_mvr(fixtures, {{"Maker@Head.gdtf", head_gdtf()}}));
     Scene scene = scene_of(asset);
     ASSERT_EQ(scene.lights.size(), cases.size());
-    DmxUniverse universe;
-    DmxSource& source = universe.sources.emplace_back();
-    source.id = 1;
-    source.rank.fill(101);
+    DmxUniverse universe = universe_of_a_console();
+    DmxSource& source = universe.sources.front();
     for (std::size_t i = 0; i < cases.size(); ++i) {
         const Light& light = scene.lights[i];
         if (!cases[i].focused)
@@ -335,9 +349,7 @@ TEST(ImportMvr, AConsoleTurnsWhatTheShowHasTurned) {
             expect_near(aim_of(light.world_from_light), glm::normalize(glm::dvec3(4, 0.5, -2) - light.position), 1e-9);
         for (std::size_t slot = 0; slot < 4; ++slot) source.levels[10 * i + slot] = slot < 2 ? 0x55 : 0x33;
     }
-    PatchReader reader(patch_in_force(scene));
-    const auto values = reader.read({DmxProtocol::sacn, 1}, universe);
-    for (const auto& refused : apply_inputs(scene, commands_of(scene, values))) EXPECT_FALSE(refused);
+    hear(scene, universe);
     for (std::size_t i = 0; i < cases.size(); ++i)  // 0x5555: -90°; 0x3333, a fifth: -81°
         expect_as_geometry(scene.lights[i].world_from_light, cases[i].hang,
                            {false, false, -90 * kDegree, -81 * kDegree});
@@ -355,19 +367,15 @@ TEST(ImportMvr, AConsoleSwingsTheHeads) {
     ASSERT_TRUE(asset->patch);
     ASSERT_TRUE(check_patch(*asset->patch)) << check_patch(*asset->patch).error().text();
     Scene scene = scene_of(asset);
-    PatchReader reader(patch_in_force(scene));
-    DmxUniverse universe;
-    DmxSource& source = universe.sources.emplace_back();
-    source.id = 1;
-    source.rank.fill(101);
+    DmxUniverse universe = universe_of_a_console();
+    DmxSource& source = universe.sources.front();
     for (const std::size_t first : {0u, 10u, 20u}) {
         source.levels[first] = source.levels[first + 1] = 0x55;  // 21845: pan -90°
         source.levels[first + 2] = 0xD5;                         // 54741 of 65535: tilt 90.53°
         source.levels[first + 3] = 0xD5;
         source.levels[first + 4] = 51;  // a fifth
     }
-    const auto values = reader.read({DmxProtocol::sacn, 1}, universe);
-    for (const auto& refused : apply_inputs(scene, commands_of(scene, values))) EXPECT_FALSE(refused);
+    hear(scene, universe);
     const double tilt = (-135.0 + 54741.0 / 65535.0 * 270.0) * kDegree;
     // Rz(-90°) Rx(t) (0,0,-1) = (sin t, 0, -cos t) in GDTF's axes: (sin t, -cos t, 0) in the scene's.
     expect_near(aim_of(scene.lights.at(0).world_from_light), {std::sin(tilt), -std::cos(tilt), 0}, 1e-6);
