@@ -18,7 +18,7 @@ struct FoldedPlanes {
 };
 
 // Result: the smallest set of planes of a Type C web from which LM-63's symmetry rules give the same web back, compared
-// bit by bit: {0}, 0-90, 0-180, 90-270, else all.
+// bit by bit. It is {0}, 0-90, 0-180, 90-270, else all.
 FoldedPlanes fold(const PhotometricWeb& web);
 
 // Result: the intensities of the web's plane h.

@@ -13,8 +13,8 @@
 namespace gonio::ies {
 
 // Result: Guth's position index p of a source at distance R along a horizontal line of sight, T across it and H above
-// the eye: bilinear in CIE 117 table 4.1. None where the source counts for nothing: T/R above 3, or hidden by the brow
-// (H/R above 1.9, less where T/R is small). t_over_r, h_over_r: >= 0.
+// the eye. The index is bilinear in CIE 117 table 4.1. None where the source counts for nothing: T/R above 3, or hidden
+// by the brow (H/R above 1.9, less where T/R is small). t_over_r, h_over_r: >= 0.
 std::optional<double> position_index(double t_over_r, double h_over_r);
 
 struct GlareSource {

@@ -15,7 +15,7 @@
 
 namespace gonio::ies {
 
-// Result: the same light on a Type C grid of equal steps over the whole sphere, each node exact, linear between.
+// Result: the same light on a Type C grid of equal steps over the sphere, each node exact, linear between.
 // step: 0.25..30 degrees, rounded so that it divides 180 degrees.
 PhotometricWeb as_type_c(const PhotometricWeb& web, Angle step);
 

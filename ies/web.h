@@ -23,7 +23,7 @@ using Direction = std::array<double, 3>;
 
 struct PhotometricWeb {
     Goniometer goniometer = Goniometer::type_c;
-    // Strictly ascending, radians. Type C: symmetry is already unfolded, h runs 0..2 pi inclusive (a lone plane
+    // Strictly ascending, radians. Type C: symmetry is unfolded, h runs 0..2 pi inclusive (a lone plane
     // becomes {0, 2 pi}); v covers what was measured: outside it the intensity is 0 (no extrapolation).
     std::vector<double> v_rad;  // at least 2 values
     std::vector<double> h_rad;  // at least 2 values

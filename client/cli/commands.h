@@ -18,8 +18,8 @@ std::span<const WordCommand> cli_commands();
 std::span<const WordRow> cli_options();
 // Result: what a command line says; faults are in it.
 ReadWords read_command_line(std::span<const std::string> args);
-// Result: the options of the command that the words begin with; of "set" and other first words of two their commands;
-// else every command, a line each, and the options of all.
+// Result: the options of the command that the words begin with. Of "set" and other first words of two: their commands.
+// Else: every command, a line each, and the options of all.
 std::string help_text(const ReadWords& words);
 
 // Result: the commands and options as JSON, one line: packaging/option_texts.py makes man page and completions of it.

@@ -13,8 +13,8 @@ namespace gonio {
 // pass has "light", null for shared passes; captures come without their image bytes.
 std::string to_json(const google::protobuf::Message& message, bool compact);
 
-// Result: the JSON of a part of the message. path: names joined by dots and indices in brackets; an element of a list
-// of named things also goes by its name: "lights[0].aim", "lights.key.aim", "camera.eye[1]". Empty: all. Errors:
+// Result: the JSON of a part of the message. The path is names joined by dots and indices in brackets. An element of a
+// list of named things also goes by its name: "lights[0].aim", "lights.key.aim", "camera.eye[1]". Empty: all. Errors:
 // "not_found" with the part of the path that leads nowhere.
 Result<std::string> json_at(const google::protobuf::Message& message, std::string_view path, bool compact);
 

@@ -10,8 +10,8 @@
 
 namespace gonio {
 
-// Result: a block for each box with its controls and what each drives; then the rows for what is not there, warnings,
-// and how long a movement takes to the picture.
+// Result: a block for each box with its controls and what each drives. Then come the rows for what is not there,
+// warnings, and how long a movement takes to the picture.
 std::string surfaces_table(const v1::Surfaces& surfaces);
 
 struct LearnWords {

@@ -77,8 +77,8 @@ inline bool looks_like_zip(std::string_view bytes) {
 // Result: the archive; it keeps the bytes. Nothing is unpacked yet. Errors of the whole: zip_too_large,
 // zip_too_many_entries, and not_a_zip (no archive, or its directory is damaged). Errors with an entry's name as place:
 // - zip_total_too_large; zip_overlap: entries share packed bytes; zip_duplicate_name.
-// - zip_bad_name: empty, absolute, with a drive or "..", with control characters, longer than 1,024 bytes. Backslashes
-//   count as '/'.
+// - zip_bad_name: empty, absolute, with a drive, ".." or control characters, longer than 1,024 bytes. Backslashes count
+//   as '/'.
 Result<ZipArchive> open_zip(std::string bytes, const ZipLimits& limits = {});
 
 struct ZipFile {

@@ -25,7 +25,7 @@ inline constexpr std::size_t kMaxPatchRows = 4096;  // one more is refused: "too
 Result<bool> check_patch(const v1::SetPatch& patch);
 
 // Result: the patch of a scene that has none: light n's level, 8 bits, at address n of sACN universe 1 and of Art-Net
-// port-address 0; lights beyond 512 have no slot.
+// port-address 0. Lights beyond 512 have no slot.
 v1::Patch default_patch(std::span<const std::string> lights);
 
 // Result: what of the patch reaches beyond what can be joined (sACN) or told to consoles (Art-Net), a sentence each.
@@ -36,7 +36,7 @@ DmxKey key_of(const v1::PatchRow& row);
 // Result: the universes that the rows use, ascending, each once.
 std::vector<DmxKey> universes_of(const v1::Patch& patch);
 
-// Reads universes through a patch. It remembers what each row said last: a row speaks when its slots change, so that a
+// Reads universes through a patch. It remembers what each row said last. A row speaks when its slots change, so that a
 // console that repeats itself does not take back what another hand has set since.
 class PatchReader {
 public:
@@ -46,13 +46,13 @@ public:
     explicit PatchReader(const v1::Patch& patch);  // rows must have been checked
 
     // Result: what the universe, as it is now, changes. All slots of a row come from one sender's one packet. The
-    // highest priority of the row's first slot wins; among equals a level or master takes the highest value (of all its
-    // 16 bits), everything else the sender that changed its row last. Rows that no sender controls keep their value.
-    // Of rows of several universes for one level or master the highest value counts of those that a sender controls,
-    // unless they are merged as "latest"; of all others the one that changed last.
+    // highest priority of the row's first slot wins. Among equals a level or master takes the highest value (of all its
+    // 16 bits), everything else the sender that changed its row last. Rows that no sender controls keep their value. Of
+    // rows of several universes for one level or master the highest value counts of those that a sender controls,
+    // unless they are merged as "latest". Of all others the one that changed last counts.
     std::vector<PropertyValue> read(const DmxKey& key, const DmxUniverse& universe);
     void read(const DmxKey& key, const DmxUniverse& universe, std::vector<PropertyValue>& values);  // behind others
-    // The rows for the target, or of the property, speak again when their universes are next read: what they said was
+    // The rows for the target, or of the property, speak again when their universes are next read. What they said was
     // for a target that was not there, or could not be carried out.
     void forget(std::string_view target);
     void forget(Property property);

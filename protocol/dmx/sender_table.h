@@ -69,7 +69,7 @@ template <typename Row>
 class SenderTable {
 public:
     // The universes that the patch uses. In a full table a sender of theirs takes the row of a lost sender or of one in
-    // another universe; a sender of another universe only that of a lost one there.
+    // another universe. A sender of another universe takes only that of a lost one there.
     void prefer(std::set<std::uint16_t> universes) {
         preferred_ = std::move(universes);
         crowded_ = false;

@@ -1,6 +1,6 @@
 // THE table of what can be set of a light and driven by consoles and fader boxes: names, fields, units, ranges. The
 // CLI's words, DMX, OSC, the surfaces' map, the saved show, what clients are told and the page's controls follow from
-// it; where the scene keeps a value is in server/scene/light_values.h.
+// it. Where the scene keeps a value is in server/scene/light_values.h.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// Names of uploaded files: letters, digits, '.', '_' and '-', no dot in front, with an ending that a scene may have or
-// refer to, a photometric file, or a saved show. Such a name is no path.
+// Names of uploaded files: letters, digits, '.', '_' and '-', no dot in front. The ending is one that a scene may have
+// or refer to, that of a photometric file, or that of a saved show. Such a name is no path.
 #pragma once
 
 #include <algorithm>

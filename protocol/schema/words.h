@@ -28,7 +28,7 @@ std::optional<std::string> capture_format(const std::string& file);
 std::optional<std::string> scene_format(const std::string& file);
 
 // If the command names a profile that is a file here, puts the file's content into the command (at most one byte more
-// than the 1 MiB that a server accepts). Result: whether it did. Errors: "file_unreadable".
+// than the 1 MiB that servers accept). Result: whether it did. Errors: "file_unreadable".
 Result<bool> attach_profile_file(v1::Command& command);
 
 // Whole text -> number; locale-independent; "nan" and "inf" are numbers.

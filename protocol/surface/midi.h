@@ -1,5 +1,5 @@
 // MIDI 1.0 as control surfaces speak it: USB-MIDI event packets (USB Device Class Definition for MIDI Devices 1.0,
-// clause 4), the byte stream of a raw port, and names for messages. Pure.
+// clause 4), the byte stream of a raw port, names for messages. Pure.
 #pragma once
 
 #include <array>
@@ -36,7 +36,7 @@ struct MidiMessage {
 
 // Adds the channel messages of one transfer, whole or not: what is left over of the last packet is not looked at.
 // Result: how many packets were none (reserved index numbers, data bytes with the top bit set, a status that does not
-// fit). time: reads the time code among them; null: nobody wants it.
+// fit). Time code among them is read by `time`; null: nobody wants it.
 std::size_t read_usb_midi(Bytes transfer, std::vector<MidiMessage>& messages, MidiTime* time = nullptr);
 
 // The bytes of a raw port: running status, real-time bytes anywhere, SysEx skipped.

@@ -10,7 +10,7 @@
 
 namespace gonio {
 
-// Result: the bytes up to the first zero as UTF-8; control characters (unseen_length) and what is not UTF-8 become '?',
+// Result: the bytes up to the first zero as UTF-8. Control characters (unseen_length) and what is not UTF-8 become '?',
 // so that the text may go into JSON and onto a terminal.
 std::string printable_text(Bytes bytes);
 // Result: the length of a character that is not shown but changes what is; 0: it is none. Such are C0, C1, line and

@@ -69,7 +69,7 @@ struct Options {
     std::vector<std::string> arguments;  // as given: SIGHUP reads file and environment again
 };
 
-// Result: the options; nothing if the program is to end with `exit_code`: 0 (what was asked for was printed), 2 (an
+// Result: the options; nothing if the program is to end. Then `exit_code` is 0 (what was asked for was printed), 2 (an
 // argument is wrong) or 78 (the configuration file or a variable is). The arguments come without the program's name.
 std::optional<Options> parse_options(const std::vector<std::string>& arguments, int& exit_code);
 

@@ -8,7 +8,7 @@
 
 namespace gonio {
 
-// Result: the scene. With options.state_file it is the one that was saved there, as far as it can be brought back; what
+// Result: the scene. With options.state_file it is the one that was saved there, as far as it can be brought back. What
 // the command line says explicitly wins. restored_rev gets the revision of that file. Throws std::invalid_argument with
 // one sentence where an option is wrong.
 Scene first_scene(const Options& options, Revision* restored_rev = nullptr);

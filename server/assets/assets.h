@@ -64,9 +64,9 @@ std::shared_ptr<const AssetFiles> hashed_files(const std::filesystem::path& fold
 // Result: docs/gltf.md: what is made of each of glTF's features and extensions.
 std::string gltf_features_text();
 
-// The built-in scenes, metres. cornell: a room with two boxes and a sculpture of about 33,000 triangles in all;
-// atrium: a colonnaded court of at least 262,000 triangles, textured. Both with one luminaire and one camera. cylinder:
-// the inside of a closed cylinder of so many facets, radius 8 m, 40 m long, with six linear luminaires on its wall.
+// The built-in scenes, metres. cornell: a room with two boxes and a sculpture of about 33,000 triangles in all; atrium:
+// a colonnaded court of at least 262,000 triangles, textured. Both with one luminaire and one camera. The cylinder: the
+// inside of a closed cylinder of so many facets, radius 8 m, 40 m long, with six linear luminaires on its wall.
 std::shared_ptr<const SceneAsset> make_cornell();
 std::shared_ptr<const SceneAsset> make_atrium();
 inline constexpr int kCylinderFacets = 96;  // a multiple of 3: a strip lies in the middle of one

@@ -152,7 +152,7 @@ private:
 // Result: the extension's row, or nullptr.
 const GltfFeature* find_extension(std::string_view name);
 
-// Result: whether an extension, known or not, is one of materials by its name (VENDOR_materials_thing): without it a
+// Result: whether an extension, known or not, is one of materials by its name (VENDOR_materials_thing). Without it a
 // surface has its material of glTF's core, and its shape is the same.
 bool is_of_materials(std::string_view name);
 

@@ -39,9 +39,9 @@ inline constexpr double kNearCells = 3.0;  // from the opening: I/d² is taken f
 AirVolume air_volume(const trace::Geometry& geometry, const trace::Luminaire& luminaire, const AirSettings& settings,
                      Work& work);
 
-// Result: luminance that the air scatters towards `from` along a ray, cd/m², of the luminaire without its weight.
-// length: m, to the surface that the ray meets. random: in [0, 1), shifts the steps. Equiangular sampling is Kulla and
-// Fajardo 2012, "Importance Sampling Techniques for Path Tracing in Participating Media".
+// Result: luminance that the air scatters towards `from` along a ray, cd/m², of the luminaire without its weight. The
+// length, m, is that to the surface that the ray meets. random: in [0, 1), shifts the steps. Equiangular sampling is
+// Kulla and Fajardo 2012, "Importance Sampling Techniques for Path Tracing in Participating Media".
 double scattered_in(const trace::Geometry& geometry, const trace::Luminaire& luminaire, const AirVolume& volume,
                     const AirSettings& settings, const glm::dvec3& from, const glm::dvec3& along, double length,
                     double random, std::uint64_t& rays);

@@ -1,4 +1,4 @@
-// Maps levelled along seams, so that the two sides of an edge read the same: least squares over the texels that
+// Maps levelled along seams, so that the two sides of an edge read the same. Done by least squares over the texels that
 // bilinear filtering reads there (Iwanicki 2013, "Lighting Technology of The Last of Us"). Any thread. No files.
 #pragma once
 

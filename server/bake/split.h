@@ -1,4 +1,4 @@
-// Sheets cut where something stands on them: neighbouring texels that do not see each other are never side by side in a
+// Sheets cut where something stands on them. Neighbouring texels that do not see each other are never side by side in a
 // map, so that filtering carries no light through a wall. Any thread. No files.
 #pragma once
 

@@ -28,7 +28,7 @@ public:
     Pool(const Pool&) = delete;
     Pool& operator=(const Pool&) = delete;
 
-    // Runs job(0 … count − 1) in any order, on any of the threads, and returns when all are done; a thread that comes
+    // Runs job(0 … count − 1) in any order, on any of the threads, and returns when all are done. A thread that comes
     // too late for any of them is not waited for. Not reentrant; a job that throws ends the program.
     void run(int count, const std::function<void(int)>& job) {
         if (count <= 0 || ask()) return;
@@ -60,7 +60,7 @@ public:
         return std::accumulate(parts.begin(), parts.end(), start, join);
     }
 
-    // Asks before each job that the caller of run() takes; once the answer is yes, jobs that nobody has begun are left
+    // Asks before each job that the caller of run() takes. Once the answer is yes, jobs that nobody has begun are left
     // out, in this run and in all until the end of this object. One at a time.
     class Interruptible {
     public:

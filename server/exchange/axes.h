@@ -39,7 +39,7 @@ struct ReadMatrix {
 // Result: parent_from_object of column vectors, in mm: p' = x u + y v + z w + o.
 ReadMatrix mvr_matrix(std::string_view text);
 // text: GDTF's {r0}{r1}{r2}{r3} of four numbers each, in m. Result: parent_from_geometry of column vectors: p' = x r0 +
-// y r1 + z r2 + the fourth column; where that is zero and the fourth row is not, the fourth row instead.
+// y r1 + z r2 + the fourth column. Where that is zero and the fourth row is not, the fourth row is added instead.
 ReadMatrix gdtf_matrix(std::string_view text);
 
 // parent_from_object: Z up, mm. Result: the same in the scene's axes on both sides, m.

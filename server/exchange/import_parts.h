@@ -127,8 +127,8 @@ struct Driving {
 };
 // Result: the first channel with a function whose attribute is wanted.
 Driving driving(const ModeIndex& index, const FixtureBeam& beam, const std::function<bool(std::string_view)>& wanted);
-// Adds a row of the patch for the property; low, high: what slot value 0 and the highest stand for. ranges: instead of
-// them, of the channel's most significant slot alone.
+// Adds a row of the patch for the property. Slot value 0 stands for low, the highest for high. ranges: instead of them,
+// of the channel's most significant slot alone.
 void add_row(ShowImport& import, const FixtureBeam& beam, const Driving& by, const char* property, double low,
              double high, const std::vector<v1::PatchRange>& ranges = {});
 // What the beam's state, the channel's active function and its physical value say of a property; nothing where they
@@ -143,8 +143,8 @@ void add_beam_rows(ShowImport& import, ModeIndex& index, const FixtureBeam& beam
 // Result: whether add_beam_rows() knows the attribute.
 bool drives_beam(std::string_view attribute);
 
-// Reads the pictures of a fixture type's gobo wheels: at most 255 slots a wheel and 64 pictures, of at most 2048 x 2048
-// pixels, which become 256 x 256 at most. What cannot be read is open, and noted.
+// Reads the pictures of a fixture type's gobo wheels: at most 255 slots a wheel and 64 pictures. They are of at most
+// 2048 x 2048 pixels and become 256 x 256 at most. What cannot be read is open, and noted.
 void read_gobos(ShowImport& import, const ZipArchive& archive, const gdtf::FixtureType& type);
 struct GoboChannel {
     int number = 0, wheel = -1;  // of Gobo(n); an index, -1: none has a picture

@@ -1,5 +1,5 @@
-// What an HTTP request may ask for: hosts, origins, addresses, tokens; what RFC 7230 and RFC 6455 have a server refuse
-// that Beast lets through; and the small tables of HTTP. Pure functions.
+// What an HTTP request may ask for: hosts, origins, addresses, tokens. Also what RFC 7230 and RFC 6455 have a server
+// refuse that Beast lets through, and the small tables of HTTP. Pure functions.
 #pragma once
 
 #include <optional>
@@ -20,7 +20,7 @@ asio::ip::address plain_address(const asio::ip::address& address);
 
 // host: as of a Host header, with or without its port. A name that somebody else's DNS may point here is refused, or a
 // foreign page could rebind its own name to this server and pass the Origin check. Addresses cannot be rebound:
-// loopback ones and `local`, the one that the connection came in on, are allowed, localhost and what ends with
+// loopback ones and `local`, the one that the connection came in on, are allowed. So are localhost and what ends with
 // .localhost, and the names that the options list. Beyond those only letters, digits and .-: stand in what is allowed.
 bool allowed_host(std::string_view host, const HttpOptions& options, const asio::ip::address& local);
 // host: of the same request. Without TLS an https: origin is allowed too: a proxy in front may have it.
@@ -50,8 +50,8 @@ struct UploadFault {
     http::status status;
     const char* sentence;
 };
-// Result: nothing where the body is a whole file: its length is told or it comes in chunks, it is no part of one
-// (Content-Range, RFC 9110 14.5) and not compressed.
+// Result: nothing where the body is a whole file. Such a body has its length told or comes in chunks, is no part of one
+// (Content-Range, RFC 9110 14.5) and is not compressed.
 std::optional<UploadFault> upload_fault(const HttpRequest& request);
 
 std::string_view content_type(std::string_view name);  // by the ending of a file's name

@@ -37,8 +37,8 @@ public:
     bool peer_has_gone() const;
     // The server's part of the TLS handshake; all that follows is encrypted.
     void async_handshake(const std::shared_ptr<TlsContext>& tls, Done done);
-    // Says that nothing follows (close_notify, FIN), and reads away what the other side still sends until it ends too:
-    // closing at once would reset the connection before the other side has read everything.
+    // Says that nothing follows (close_notify, FIN), and reads away what the other side still sends until it ends too.
+    // Closing at once would reset the connection before the other side has read everything.
     void async_shut_down(Done done);
 
     template <typename Buffers, typename Handler>

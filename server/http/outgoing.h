@@ -30,8 +30,8 @@ class OutgoingQueue {
 public:
     explicit OutgoingQueue(const HttpLimits& limits) : limits_(limits) {}
 
-    // At the bound all waiting changes of the state become one message with the whole state, encoded when it is sent;
-    // merged: so did this one. too_slow: the client lets answers pile up.
+    // At the bound all waiting changes of the state become one message with the whole state, encoded when it is sent.
+    // If this one did: merged. If the client lets answers pile up: too_slow.
     enum class Pushed : std::uint8_t { queued, merged, too_slow };
     Pushed push(std::shared_ptr<const std::string> bytes, Outgoing::Kind kind, std::uint32_t scene_rev);
     void push_video(std::shared_ptr<const EncodedFrame> frame, bool final, std::uint32_t seq);

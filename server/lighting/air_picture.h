@@ -22,8 +22,8 @@ struct AirView {
 };
 void look_into_air(const GBuffer& gbuffer, int step, float far_m, AirView& view, Pool& pool);
 
-// Of a luminaire's airlight, its pixels less what comes to them of the rays around: a square of pixels about it, row by
-// row, that fades to 0 at its edge. Units: the airlight's.
+// Of a luminaire's airlight, its pixels less what comes to them of the rays around. They are a square of pixels about
+// the luminaire, row by row, that fades to 0 at its edge. Units: the airlight's.
 struct NearAir {
     static constexpr int kHalf_px = 16;
     int x = 0, y = 0, width = 0, height = 0;  // 0: it is not in the picture

@@ -30,8 +30,8 @@ struct AirlightSource {
     const DistanceMap* distances;  // null: nothing stops it
     float core_cos = -1.0f;        // of the cone in which it is bright (LightTables::core_cos)
 };
-// Rays, arrays of a multiple of kSimdWidth: where they start, local, m; their directions, unit; how far they go, m; and
-// where in its step each takes its samples, 0 to 1.
+// Rays, arrays of a multiple of kSimdWidth: starts, local, m; directions, unit; how far they go, m; and where in its
+// step each takes its samples, 0 to 1.
 struct AirRays {
     std::vector<float> from[3], along[3], far, shift;
     std::vector<float> pixel_rad;  // each is the mean of a square so wide about it; 0: a line

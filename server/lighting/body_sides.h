@@ -1,6 +1,6 @@
-// Indirect light on bodies of luminaires, which have no surfels: what planes in the middle of a part receive that face
-// along the six axes, each by links of its own. A point of the part takes the three that its normal faces, weighted by
-// its components squared (an ambient cube: Mitchell, McTaggart and Green 2006, "Shading in Valve's Source Engine").
+// Indirect light on bodies of luminaires, which have no surfels. Planes in the middle of a part that face along the six
+// axes receive it, each by links of its own. A point of the part takes the three that its normal faces, weighted by its
+// components squared (an ambient cube: Mitchell, McTaggart and Green 2006, "Shading in Valve's Source Engine").
 #pragma once
 
 #include <array>

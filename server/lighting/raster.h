@@ -17,7 +17,7 @@ struct GBuffer;
 class PosedBodies;
 
 // 64 bytes: a triangle that meets the picture. Edge k is a·x + b·y + c, x and y in pixels from (x0, y0): depth times
-// the weight of corner k, negative outside; `depth` their sum, near / distance.
+// the weight of corner k, negative outside. `depth` is their sum, near / distance.
 struct alignas(64) Setup {
     float edge[3][3];
     float depth[3];

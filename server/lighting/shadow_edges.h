@@ -11,9 +11,9 @@
 namespace gonio::lighting {
 
 // light: one float a pixel, as of direct_light with a shadow ray from each pixel's centre. Where of two neighbours on a
-// surface one is lit and one is dark, n samples decide for both: those that show what the pixel's centre does (edges),
-// on its plane. The cosine and the distance stay the centre's. Seven parameters: a luminaire, a picture and its light.
-// Render thread.
+// surface one is lit and one is dark, n samples decide for both. They are those that show what the pixel's centre does
+// (edges), on its plane. The cosine and the distance stay the centre's. Seven parameters: a luminaire, a picture and
+// its light. Render thread.
 void sample_shadow_edges(const GBuffer& gbuffer, const trace::Geometry& geometry, const DirectLight& luminaire,
                          const Edges& edges, unsigned n, std::vector<float>& light, Pool& pool);
 
@@ -25,7 +25,7 @@ void direct_light_with_edges(const GBuffer& gbuffer, const ScreenGrid& screen, c
                              Pool& pool);
 
 // Pixels that stand for samples of other surfaces (Edges::mixed) get the mean of the direct light of all, with a shadow
-// ray from each such sample to each luminaire. light: planes as of direct_light. Render thread.
+// ray from each such sample to each luminaire. The planes of light are as of direct_light. Render thread.
 void light_mixed_pixels(const GBuffer& gbuffer, const trace::Geometry& geometry,
                         std::span<const DirectLight> luminaires, const Edges& edges, Planes& light, Pool& pool);
 

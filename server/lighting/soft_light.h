@@ -69,9 +69,9 @@ FirstRay around_first(const std::vector<std::uint8_t>& first, std::size_t row_le
 // soften_grid().
 FirstRay around_grid(const Grid& grid, const std::vector<float>& through, int x, int y);
 
-// The lattice's `ratio` and `through` of one luminaire with an opening. through: before what the first rays of a grid's
-// points say, negative where there is none; after what the points see. Where first rays do not agree with those around
-// kFewPoints follow. pool: of the render thread; null: any thread.
+// The lattice's `ratio` and `through` of one luminaire with an opening. Before, `through` is what the first rays of a
+// grid's points say, negative where there is none; after, what the points see. Where first rays do not agree with those
+// around kFewPoints follow. pool: of the render thread; null: any thread.
 void soften_grid(const GBuffer& gbuffer, const Grid& grid, const trace::Geometry& geometry, const DirectLight& light,
                  std::vector<float>& ratio, std::vector<float>& through, Pool* pool);
 

@@ -1,6 +1,6 @@
 // A luminaire's light as rays: the reflective shadow map sampled where the light goes, instead of on a grid. A fixed
-// set of points is warped to the profile's distribution of intensity, so that each VPL glides with its ray when the
-// luminaire moves or turns and nothing is dealt anew.
+// set of points is warped to the profile's distribution of intensity. So each VPL glides with its ray when the
+// luminaire moves or turns, and nothing is dealt anew.
 #pragma once
 
 #include <glm/glm.hpp>

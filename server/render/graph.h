@@ -1,6 +1,6 @@
 // The frame graph without GL: which passes run, and why the others do not. A pass reads slots, writes one slot, and
-// runs only if something it reads moved. Three reasons for skipping, in the report by name: absent (the scene has no
-// such thing; the pipeline lists it as such), culled (nobody wants the output), clean (same inputs as last time).
+// runs only if something it reads moved. Reasons for skipping, in the report by name: absent (the scene lacks it; the
+// pipeline lists it as such), culled (nobody wants the output), clean (same inputs as last time).
 #pragma once
 
 #include <compare>

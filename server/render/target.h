@@ -11,8 +11,8 @@
 
 namespace gonio {
 
-// live: indirect light on a grid of 4 pixels, NV12. still: the same once it rests: pictures to look at.
-// precise: 32-bit float layers, links of its own at each pixel: values to rely on.
+// A live target: indirect light on a grid of 4 pixels, NV12. A still one: the same once it rests: pictures to look at.
+// A precise one: 32-bit float layers, links of its own at each pixel: values to rely on.
 enum class TargetKind : std::uint8_t { live, still, precise };
 
 struct Target {

@@ -1,4 +1,4 @@
-// Bodies of luminaires: what is seen of them beside their light. Each part stands as its luminaire does; of a moving
+// Bodies of luminaires: what is seen of them beside their light. Each part stands as its luminaire does. Of a moving
 // head the base stands still while yoke and head turn about their axes, so that the head looks where the light aims.
 // Bodies are seen and lit. They stop no light and reflect none: a luminaire's light begins inside its own body.
 #pragma once

@@ -33,8 +33,8 @@ double optical_depth(const Haze& haze, const glm::dvec3& a, const glm::dvec3& b)
 double transmittance(const Haze& haze, const glm::dvec3& a, const glm::dvec3& b);
 // Result: what is scattered per metre at p, 1/m.
 double scattering_per_m(const Haze& haze, const glm::dvec3& p);
-// Result: Henyey and Greenstein's phase function, 1/sr; its integral over the sphere is 1. cosine: between the light's
-// travel before and after (Henyey and Greenstein 1941, equation 2). |g| < 1.
+// Result: Henyey and Greenstein's phase function, 1/sr; its integral over the sphere is 1. The cosine is between the
+// light's travel before and after (Henyey and Greenstein 1941, equation 2). |g| < 1.
 double henyey_greenstein(double g, double cosine);
 
 }  // namespace gonio

@@ -9,8 +9,8 @@
 namespace gonio {
 
 // Result: a scene to render in place of this one, or nothing where the view shows it as it is. Its lights' colours are
-// what they differ by from the preset, negative where it has more of them, and of one light alone the others are out;
-// emissive surfaces, which no preset holds, are hidden. A light that the preset has at another place, turned another
+// what they differ by from the preset, negative where it has more of them, and of one light alone the others are out.
+// Emissive surfaces, which no preset holds, are hidden. A light that the preset has at another place, turned another
 // way or with another profile, or that is gone, is among them as a further one, negative. Ids and revisions of lights
 // that are there stay: light that was rendered stands. Any thread.
 std::optional<Scene> shown_scene(const Scene& scene, View view);

@@ -1,4 +1,4 @@
-// What time code that arrives does to the list of cues: a cue whose time is crossed forward is started; after a jump
+// What time code that arrives does to the list of cues: a cue whose time is crossed forward is started. After a jump
 // the state at that time is there, without what lies between. When it ends, time goes on by itself for a while, then it
 // holds. Pure: time is a parameter.
 #pragma once

@@ -14,9 +14,9 @@ inline constexpr double kWhiteCct_k = 6504;  // nearest to the white of Rec.709 
 // of the locus there, positive above it, towards green. Any thread.
 glm::dvec2 white_xy(double cct_k, double duv);
 
-// Result: linear Rec.709 of the chromaticity, relative to the white of Rec.709; its luminance
-// 0.2126 R + 0.7152 G + 0.0722 B is 1: lux stay. A chromaticity that Rec.709 does not have (below some 1,900 K, or far
-// off the locus) goes straight towards white in x, y, until the factor that is below 0 is 0. No factor is above 13.9.
+// Result: linear Rec.709 of the chromaticity, relative to the white of Rec.709; its luminance 0.2126 R + 0.7152 G +
+// 0.0722 B is 1: lux stay. A chromaticity that Rec.709 lacks (below some 1,900 K, or far off the locus) goes straight
+// towards white in x, y, until the factor that is below 0 is 0. No factor is above 13.9.
 glm::dvec3 rgb_of_xy(const glm::dvec2& xy);
 glm::dvec3 in_gamut(const glm::dvec3& rgb_of_luminance_1);
 

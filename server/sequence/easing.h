@@ -9,8 +9,8 @@
 
 namespace gonio::sequence {
 
-// Of u = 0 … 1, the share of the time between two keys: u; 0 until the next key; u²; 1 − (1 − u)²; 3u² − 2u³, which
-// starts and ends at rest.
+// Functions of u = 0 … 1, the share of the time between two keys. They are u; 0 until the next key; u²; 1 − (1 − u)²;
+// and 3u² − 2u³, which starts and ends at rest.
 enum class Ease : std::uint8_t { linear, hold, in, out, in_out };
 
 inline constexpr std::array<std::string_view, 5> kEaseNames = {"linear", "hold", "in", "out", "in-out"};

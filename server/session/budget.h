@@ -17,7 +17,7 @@ public:
     // Says what a frame took. heavy: it computed light anew; others say nothing about quality levels.
     void took(double ms, bool heavy, std::int64_t now_ns);
     // Result: index into kQualityLevels for the next frame: the greatest quality level that fits, by the newest two or
-    // three heavy frames; the first once no heavy frame came for kRestNs.
+    // three heavy frames. It is the first once no heavy frame came for kRestNs.
     std::size_t choose(std::int64_t now_ns);
     std::size_t chosen() const { return chosen_; }
     // Result: whether the last picture was made with less than the full quality level and nothing moves any more.

@@ -1,4 +1,4 @@
-// The servers that follow this one, each with at most one question that waits: Follow is answered when there is
+// The servers that follow this one, each with at most one question that waits. Follow is answered when there is
 // something that the asker does not have, with all of it at once. Nothing is kept for one that is slow or gone. Render
 // thread.
 #pragma once

@@ -16,7 +16,7 @@ struct LineFigure {
     int x = 0, y = 0;
 };
 // view, picture: as of draw_legend(); the marks of its lines stay. Result: of each level one in a cell of the picture
-// that its line runs through, where no other one is in the way; none of a line of a few pixels. At most kMostFigures.
+// that its line runs through, where no other one is in the way. A line of a few pixels has none. At most kMostFigures.
 std::vector<LineFigure> line_figures(const CapturedPicture& picture, const Scene& scene, View view);
 
 // view: illuminance or luminance; the picture shows it of that scene, at least kLeastLegend_px a side, as bytes. A

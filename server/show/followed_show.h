@@ -40,8 +40,8 @@ struct FollowedShow {
         files;  // of the scene; none: it is a built-in one, or ShowPart::scene is not among the parts
 };
 
-// Errors: "bad_message" with the field as place: a part that is unknown, a show that is none, a path that leaves its
-// folder, a hash that is none, more than the bounds.
+// Errors: "bad_message" with the field as place: an unknown part, a show that is none, a path that leaves its folder, a
+// hash that is none, more than the bounds.
 Result<FollowedShow> read_followed(const v1::Followed& followed);
 
 // content: of a profile, as ProfileTexts has it. Errors: of make_profile; "bad_message".

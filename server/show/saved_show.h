@@ -78,8 +78,8 @@ struct ShowParts : std::bitset<kShowParts> {
 
 // Result: everything of the scene that makes the show.
 saved::Show show_of(const Scene& scene, ProfileTexts& texts);
-// Result: these parts of it. values_since: of ShowPart::values those lights that changed after this revision.
-// by_content: no light takes its profile from the scene's file, but each by the key of what it is.
+// Result: these parts of it. Of ShowPart::values those lights that changed after the revision values_since. With
+// by_content no light takes its profile from the scene's file, but each by the key of what it is.
 saved::Show show_of(const Scene& scene, ProfileTexts& texts, const ShowParts& parts, Revision values_since,
                     bool by_content = false);
 

@@ -1,5 +1,5 @@
-// Which lane is given which picture, and when: the newest when one of its viewers can take it, then repeats of it that
-// sharpen what a narrow link blurred, then nothing. Render thread.
+// Which lane is given which picture, and when. A lane gets the newest when one of its viewers can take it, then repeats
+// of it that sharpen what a narrow link blurred, then nothing. Render thread.
 #pragma once
 
 #include <cstdint>

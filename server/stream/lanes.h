@@ -23,7 +23,7 @@ inline constexpr unsigned kMostPrivateLanes = 64;
 // Result: "shared", "low" or "private".
 const char* lane_kind(LaneId lane);
 
-// What a lane wants now. Wishes reach the encoders later than frames reach the viewers: `frames` and `keys` say which
+// What a lane wants now. Wishes reach the encoders later than frames reach the viewers. `frames` and `keys` say which
 // of them the request knows of, so that what is on its way between is not wished for twice.
 struct LaneRequest {
     LaneId lane = kSharedLane;

@@ -1,7 +1,7 @@
 // A surface that is a file: what a real one sent, line by line, at its times. For tests, measurements and reports of
 // faults.
 //
-//   midi 0944:0117 nanoKONTROL2     or   hid 1209:0001 Name / 05 01 09 …   (its report descriptor; lines hold reports)
+//   midi 0944:0117 nanoKONTROL2     or   hid 1209:0001 Name / 05 01 09 …   (Its report descriptor. Lines hold reports.)
 //   0.0   B0 02 78
 //   1.0   B0 02 79                       milliseconds since the surface came, and its bytes
 #pragma once

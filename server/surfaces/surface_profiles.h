@@ -1,5 +1,5 @@
-// Which profile a surface has: one that somebody gave it, one that is shipped for its vendor and product, or an input
-// profile of QLC+ that bears the name that the surface gives itself.
+// Which profile a surface has: one that somebody gave it, or one that is shipped for its vendor and product. It may
+// also be an input profile of QLC+ that bears the name that the surface gives itself.
 #pragma once
 
 #include <map>

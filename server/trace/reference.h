@@ -34,8 +34,8 @@ struct Settings {
 // What one scene revision looks like to rays: acceleration structure, luminaires with their weights, emitters.
 // Immutable and thread-safe; meshes and webs are shared with the scene it was made from.
 struct World;
-// Any thread. previous: a World whose acceleration structure and luminaire tables are taken over where asset and
-// profile are the same, so that a level change costs nothing; may be null.
+// Any thread. previous: may be null; a World whose acceleration structure and luminaire tables are taken over where
+// asset and profile are the same. So a level change costs nothing.
 std::shared_ptr<const World> make_world(const Scene& scene, const World* previous = nullptr);
 
 // What a point receives light by: a plane, a small upright cylinder, or the half of one.

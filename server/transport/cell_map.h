@@ -1,4 +1,4 @@
-// Where on a surface a ray ends -> the surfel that stands for it, by one table read: every triangle has, on each side,
+// Where on a surface a ray ends -> the surfel that stands for it, by one table read. Every triangle has, on each side,
 // cells in barycentric coordinates, finer than surfels lie apart. A cell is filled when a ray first ends in it. Any
 // thread.
 #pragma once

@@ -38,7 +38,7 @@ inline constexpr unsigned kMostForwardLinks = kGenerations[std::size(kGeneration
 inline constexpr unsigned kReverseGenerations[] = {1024, 2048};
 inline constexpr unsigned kMostLinks = kReverseGenerations[std::size(kReverseGenerations) - 1];
 
-// Result: those links of all surfels, Owen-scrambled Sobol points about the shading normal; rays below the geometric
+// Result: those links of all surfels, Owen-scrambled Sobol points about the shading normal. Rays below the geometric
 // one meet nothing. stopped: asked now and then; when true the result is null. Seven parameters: what is met, and
 // which.
 std::shared_ptr<const LinkSet> trace_links(const trace::Geometry& geometry, const Surfels& surfels,

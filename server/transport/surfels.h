@@ -33,7 +33,7 @@ struct Surfels {  // NOLINT(bugprone-reserved-identifier): in the copy that the 
     trace::SurfacePoint at(std::size_t i) const { return {position(i), normal(i), geometric[i]}; }
 
     // Result: the ids of those within so many radii whose normals agree within 60 degrees, else within 90, the nearest
-    // first: distance², four times that off the plane, and the normals' difference. At most `most`.
+    // first. The order is by distance², four times that off the plane, and the normals' difference. At most `most`.
     std::size_t near(const trace::SurfacePoint& from, float radii, std::span<std::uint16_t> found) const;
     // Result: the first of them that the point sees; `count`: none.
     std::uint16_t visible_from(const trace::Geometry& geometry, const trace::SurfacePoint& from) const;
@@ -57,7 +57,7 @@ struct SurfelSettings {
     std::size_t bytes = std::size_t{256} << 20;
     bool operator==(const SurfelSettings&) const = default;
 };
-// seeds: points that light comes from or is looked at from, local; walks from them decide which surfaces are reached.
+// seeds: points that light comes from or is looked at from, local. Walks from them decide which surfaces are reached.
 // stopped: asked now and then; when true the result is empty.
 Surfels place_surfels(const trace::Geometry& geometry, std::span<const glm::vec3> seeds, const SurfelSettings& settings,
                       Pool& pool, const std::function<bool()>& stopped);

@@ -1,5 +1,5 @@
 // Structs and limits that C++ and GLSL share. Members are vec4, or all of 4 bytes and in storage buffers only, so that
-// std140, std430 and C++ agree; the GL test layout_test compares them with the program's own introspection.
+// std140, std430 and C++ agree. The GL test layout_test compares them with the program's own introspection.
 #ifdef __cplusplus
 #pragma once
 #include <cstdint>

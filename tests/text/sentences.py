@@ -7,7 +7,7 @@ import pathlib
 import re
 import sys
 
-MOST_WORDS = 35
+MOST_WORDS = 30
 END = re.compile(r'(?<=[.!?])["\')”]*\s+(?=[A-Z0-9"“`(\[*_])')
 
 

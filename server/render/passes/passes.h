@@ -157,7 +157,7 @@ inline bool shows_air(View view) {
 }
 // Haze (server/lighting/airlight.h, server/lighting/glow.h). How far a luminaire's light goes, and what of it the air
 // scatters onto surfels. Which surfels points in the air see. What is scattered to the eye: along the picture's rays of
-// a luminaire or of those that are summed; at the points of the light of surfaces, with emission of emissive ones.
+// a luminaire or of those that are summed. Also at the points of the light of surfaces, with emission of emissive ones.
 PassRun run_distances(const PassContext& context, const Light& light, LightGpu& gpu);
 PassRun run_haze_surfels(const PassContext& context, const Light& light, LightGpu& gpu);
 PassRun run_haze_points(const PassContext& context, lighting::HazePoints& points);
@@ -200,7 +200,7 @@ bool openings_in_view(const Scene& scene, const Eye& eye);
 PassRun run_openings(const PassContext& context, const Surfaces& surfaces, std::vector<lighting::OpeningPixel>& seen);
 // Result: at the luminaires' weights; of another view none.
 std::vector<lighting::ShiningPixel> shown_openings(const PassContext& context, View view, const PixelLight& light);
-// The work light (work_light_on): whether the picture shows it, which captures never do; and the display-linear value
+// The work light (work_light_on): whether the picture shows it, which captures never do. Also the display-linear value
 // that it gives to a white surface that faces the camera, at every exposure.
 bool shows_work_light(const PassContext& context);
 inline constexpr double kWorkLightShown = 0.7;
@@ -212,7 +212,7 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
 std::vector<glm::vec3> cpu_illuminance(const PassContext& context, std::span<const glm::vec3> weights, bool indirect,
                                        const Surfaces& surfaces, PixelLight& light);
 // All layers -> display. The argument raw is 0, or an RGBA32F framebuffer of the target's size, which gets values in
-// the view's own unit. shown: the light whose cube the mask and rsm views unfold; may be null.
+// the view's own unit. The argument shown is the light whose cube the mask and rsm views unfold; it may be null.
 PassRun run_composite(const PassContext& context, View view, const LightGpu* shown,
                       std::span<const LightGpu* const> lights, ScreenLight& screen, GLuint raw);
 // The photometric solids as wireframe over the display.
