@@ -28,8 +28,8 @@ struct FrameInputs : PassContext {
     std::uint64_t surface() const;      // tells one set of surfels from another
     std::uint64_t solve_links() const;  // that the solve follows, at most
     bool has_besides() const;           // light without a layer
-    // Whether the direct light of a luminaire in the live picture is to have a shadow ray from each pixel. The second:
-    // from now on it is, until what it depends on moves.
+    // Whether the direct light of a luminaire in the live picture is to have a shadow ray from each pixel. And: from
+    // now on it is, until what it depends on moves.
     bool wants_each_pixel(const Light& light) const;
     void want_each_pixel(const Light& light) const;
     PassContext context() const;  // of a pass

@@ -64,7 +64,7 @@ public:
 };
 
 // Class-compliant USB-MIDI surfaces over libusb, without the kernel's sound system: alternate setting 0, three
-// transfers in flight for each surface. Owned: "vvvv:pppp" that may be taken from the kernel's driver; here and below.
+// transfers in flight for each surface. `owned`: "vvvv:pppp" that may be taken from the kernel's driver; also below.
 std::unique_ptr<Backend> make_usb_midi_backend(std::vector<std::string> owned);
 // Raw MIDI ports of the kernel's sound system (/dev/snd/midiCxDy), the second way to a surface: for those that are
 // shared with other programs, on other buses, or virtual. Needs no library and nothing where there is no sound.

@@ -78,7 +78,7 @@ TEST(ProtocolPage, EveryServerExampleParses) {
 
 TEST(ProtocolPage, TheExampleHeaderDecodes) {
     const std::string page = protocol_page();
-    const std::string before = "Example: `";
+    const std::string before = "encode_us 1234:\n\n```\n";
     const std::size_t begin = page.find(before) + before.size();
     std::istringstream hex(page.substr(begin, page.find('`', begin) - begin));
     std::vector<std::byte> bytes;
