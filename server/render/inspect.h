@@ -5,7 +5,7 @@
 #include <functional>
 #include <span>
 
-#include "server/render/pipeline.h"
+#include "server/render/frame_inputs.h"
 
 namespace gonio {
 
