@@ -19,65 +19,12 @@
 #include "server/scene/apply.h"
 #include "server/scene/console.h"
 #include "server/scene/orientation.h"
-#include "tests/unit/exchange_test_support.h"
+#include "tests/unit/mvr_shows.h"
 
 namespace gonio {
 namespace {
 
-using test::channel_text;
-using test::mode_text;
-
-constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr std::size_t kRoom = std::size_t{1} << 30;
-
-std::string head_gdtf() {
-    const std::string text = test::gdtf_text(
-        {.geometries = "<Geometry Name='Base'><Axis Name='Yoke' Position='{1,0,0,0}{0,1,0,0}{0,0,1,-0.3}{0,0,0,1}'>"
-                       "<Axis Name='Body'><Beam Name='Lens' LuminousFlux='10000' BeamAngle='25' FieldAngle='40' "
-                       "Position='{1,0,0,0}{0,1,0,0}{0,0,1,-0.2}{0,0,0,1}'/></Axis></Axis></Geometry>",
-         .modes = mode_text("Base", channel_text("Yoke", "Pan", "1,2", "-270", "270") +
-                                        channel_text("Body", "Tilt", "3,4", "-135", "135") +
-                                        channel_text("Base", "Dimmer", "5") +
-                                        channel_text("Base", "Zoom", "6", "25", "50"))});
-    return *write_zip(std::vector<ZipFile>{{"description.xml", text}});
-}
-
-std::string show_mvr(const std::string& objects, std::vector<ZipFile> files = {}, const std::string& aux = "") {
-    files.push_back(
-        {"GeneralSceneDescription.xml", "<GeneralSceneDescription verMajor='1' verMinor='6'><Scene><AUXData>" + aux +
-                                            "</AUXData><Layers><Layer name='L'><ChildList>" + objects +
-                                            "</ChildList></Layer></Layers></Scene></GeneralSceneDescription>"});
-    return *write_zip(files);
-}
-
-std::string fixture(const std::string& name, const std::string& matrix, const std::string& more = "") {
-    return "<Fixture name='" + name + "'><Matrix>" + matrix + "</Matrix><GDTFSpec>Maker@Head</GDTFSpec>" + more +
-           "</Fixture>";
-}
-
-std::shared_ptr<SceneAsset> imported(const std::string& bytes) {
-    auto scene = exchange::import_mvr(bytes, "show.mvr", {}, kRoom);
-    EXPECT_TRUE(scene) << scene.error().text();
-    return scene ? *scene : std::make_shared<SceneAsset>();
-}
-
-bool says(const SceneAsset& scene, const std::string& words) {
-    return std::any_of(scene.warnings.begin(), scene.warnings.end(),
-                       [&](const std::string& line) { return line.find(words) != std::string::npos; });
-}
-
-const v1::PatchRow* row_of(const SceneAsset& scene, const std::string& light, const std::string& property) {
-    if (!scene.patch) return nullptr;
-    for (const v1::PatchRow& row : scene.patch->rows())
-        if (row.target() == light && row.property() == property) return &row;
-    return nullptr;
-}
-
-void expect_near(const glm::dvec3& a, const glm::dvec3& b, double most) {
-    EXPECT_NEAR(glm::length(a - b), 0.0, most) << a.x << " " << a.y << " " << a.z;
-}
-
-const std::string kHanging = "{1,0,0}{0,1,0}{0,0,1}{1000,2000,5000}";
+using namespace test;
 
 TEST(ImportMvr, AFixtureIsALightWithItsBeamsWeb) {
     const auto scene = imported(show_mvr(fixture("Spot", kHanging), {{"Maker@Head.gdtf", head_gdtf()}}));
@@ -109,91 +56,6 @@ TEST(ImportMvr, FocusPointsAimAndNumbersName) {
     expect_near(aim_of(scene->lights[0].world_from_light), glm::normalize(glm::dvec3(3, -4, 0)), 1e-9);
     expect_near(aim_of(scene->lights[1].world_from_light), {0, -1, 0}, 1e-9);
     EXPECT_EQ(scene->lights[0].profile, scene->lights[1].profile) << "one web for all of a type";
-}
-
-// A head with a shutter of three functions, a zoom that has half of its channel, and a wheel: closed from 0, open from
-// 64, 1 to 10 Hz from 128; 10 to 50 degrees over 0 to 127; slot 1 open, slot 2 from 100 with a picture.
-std::string wheel_gdtf() {
-    const auto function = [](const std::string& attribute, const std::string& dmx, const std::string& from,
-                             const std::string& to, const std::string& more = "/>") {
-        return "<ChannelFunction Attribute='" + attribute + "' DMXFrom='" + dmx + "/1' Default='64/1' PhysicalFrom='" +
-               from + "' PhysicalTo='" + to + "' Wheel='Gobos'" + more;
-    };
-    const auto channel = [](const std::string& offset, const std::string& attribute, const std::string& functions) {
-        return "<DMXChannel DMXBreak='1' Offset='" + offset + "' Geometry='Base'><LogicalChannel Attribute='" +
-               attribute + "'>" + functions + "</LogicalChannel></DMXChannel>";
-    };
-    const std::string text = test::gdtf_text(
-        {.geometries = "<Geometry Name='Base'><Beam Name='Lens' LuminousFlux='10000' BeamAngle='25' FieldAngle='40'/>"
-                       "</Geometry>",
-         .modes = mode_text(
-             "Base",
-             channel("1", "Shutter1",
-                     function("Shutter1", "0", "0", "0") + function("Shutter1", "64", "1", "1") +
-                         function("Shutter1Strobe", "128", "1", "10")) +
-                 channel("2", "Zoom", function("Zoom", "0", "10", "50") + function("NoFeature", "128", "0", "1")) +
-                 channel("3", "Gobo1",
-                         function("Gobo1", "0", "0", "1",
-                                  "><ChannelSet DMXFrom='0/1' WheelSlotIndex='1'/><ChannelSet DMXFrom='100/1' "
-                                  "WheelSlotIndex='2'/></ChannelFunction>")) +
-                 channel_text("Base", "Gobo1Pos", "4,5", "-180", "180")),
-         .wheels = "<Wheel Name='Gobos'><Slot Name='Open'/><Slot Name='Half' MediaFileName='half'/></Wheel>"});
-    Image half{64, 64, {}};
-    for (int i = 0; i < 64 * 64; ++i)
-        for (const int value : {i % 64 < 32 ? 0 : 255, i % 64 < 32 ? 0 : 255, i % 64 < 32 ? 0 : 255, 255})
-            half.rgba.push_back(static_cast<std::uint8_t>(value));
-    const auto png = encode_rgba_png(half);
-    return *write_zip(std::vector<ZipFile>{
-        {"description.xml", text},
-        {"wheels/half.png", std::string(reinterpret_cast<const char*>(png->data()), png->size())}});
-}
-
-TEST(ImportMvr, DmxDrivesShutterStrobeZoomAndGobo) {
-    const std::string patch = "<Addresses><Address break='0'>1.1</Address></Addresses>";
-    const auto asset = imported(show_mvr(fixture("Spot", kHanging, patch), {{"Maker@Head.gdtf", wheel_gdtf()}}));
-    ASSERT_TRUE(asset->patch);
-    ASSERT_TRUE(check_patch(*asset->patch)) << check_patch(*asset->patch).error().text();
-    ASSERT_TRUE(asset->lights[0].profile->gobos);
-    EXPECT_EQ(asset->lights[0].profile->gobos->at(1).name, "Half");
-    const auto said = [&](std::vector<std::uint8_t> levels) {
-        v1::Patch rows;
-        *rows.mutable_rows() = asset->patch->rows();
-        PatchReader reader(rows);
-        DmxSource source;
-        source.id = 1;
-        std::ranges::copy(levels, source.levels.begin());
-        source.rank.fill(100);
-        std::map<std::string, double> values;
-        for (const PropertyValue& value : reader.read({DmxProtocol::sacn, 1}, {{source}}))
-            values[std::string(row_of(value.property).name)] = value.value[0];
-        return values;
-    };
-    auto values = said({0, 0, 0, 0, 0});
-    EXPECT_EQ(values.at("shutter"), 0);
-    EXPECT_EQ(values.at("strobe"), 0);
-    EXPECT_NEAR(values.at("zoom"), 10 * kDegree, 1e-9);
-    EXPECT_EQ(values.at("gobo"), 1);
-    EXPECT_NEAR(values.at("gobo-turn"), -180 * kDegree, 1e-9);
-    values = said({64, 127, 99, 255, 255});
-    EXPECT_EQ(values.at("shutter"), 1);
-    EXPECT_EQ(values.at("strobe"), 0);
-    EXPECT_NEAR(values.at("zoom"), 50 * kDegree, 1e-9);
-    EXPECT_EQ(values.at("gobo"), 1);
-    EXPECT_NEAR(values.at("gobo-turn"), 180 * kDegree, 1e-9);
-    values = said({255, 128, 100, 0, 0});
-    EXPECT_EQ(values.at("shutter"), 1);
-    EXPECT_NEAR(values.at("strobe"), 10, 1e-9);
-    EXPECT_FALSE(values.contains("zoom")) << "a value of no range leaves it";
-    EXPECT_EQ(values.at("gobo"), 2);
-    // physical = 1 + (191 - 128)/(255 - 128)·9
-    EXPECT_NEAR(said({191, 0, 0, 0, 0}).at("strobe"), 1.0 + 63.0 / 127.0 * 9.0, 1e-6);
-    // And the light shines with half of its flux.
-    Scene scene = scene_of(asset);
-    v1::Command command;
-    command.mutable_set_light()->set_name("Spot");
-    command.mutable_set_light()->set_gobo(2);
-    ASSERT_TRUE(apply(scene, command, {}));
-    EXPECT_NEAR(scene.lights[0].shining()->flux_lm, 5000, 10);
 }
 
 TEST(ImportMvr, ThePatchDrivesLevelPanAndTilt) {
@@ -235,184 +97,6 @@ TEST(ImportMvr, ThePatchDrivesLevelPanAndTilt) {
     EXPECT_EQ(shown.patch, own);
 }
 
-// Universe 1 as one console sends it, in sACN; all slots are 0.
-DmxUniverse universe_of_a_console() {
-    DmxUniverse universe;
-    DmxSource& source = universe.sources.emplace_back();
-    source.id = 1;
-    source.rank.fill(101);
-    return universe;
-}
-
-// What the scene's patch makes of it.
-void hear(Scene& scene, const DmxUniverse& universe) {
-    PatchReader reader(patch_in_force(scene));
-    const auto values = reader.read({DmxProtocol::sacn, 1}, universe);
-    for (const auto& refused : apply_inputs(scene, commands_of(scene, values))) EXPECT_FALSE(refused);
-}
-
-// A rotation, Z up in mm as a Matrix of MVR, and as what it makes of the scene.
-struct Hang {
-    glm::dquat turn;
-    std::string matrix() const {
-        std::string text;
-        for (int column = 0; column < 3; ++column) {
-            const glm::dvec3 axis = glm::dmat3(turn)[column];
-            text += printed("{%.17g,%.17g,%.17g}", axis.x, axis.y, axis.z);
-        }
-        return text + "{0,0,0}";
-    }
-    glm::dmat4 world_from_fixture() const {
-        return glm::dmat4{{1, 0, 0, 0}, {0, 0, -1, 0}, {0, 1, 0, 0}, {0, 0, 0, 1}} * glm::mat4_cast(turn);
-    }
-};
-
-Hang hang_at(double yaw, double about_x) {
-    return {glm::angleAxis(yaw, glm::dvec3(0, 0, 1)) * glm::angleAxis(about_x, glm::dvec3(1, 0, 0))};
-}
-
-// Where the lens of head_gdtf() aims, and where its C0 is, as GDTF's tree has it.
-void expect_as_geometry(const glm::dquat& world_from_light, const Hang& hang, const gdtf::StateOptions& options) {
-    const auto type = gdtf::read_gdtf(*open_zip(head_gdtf()));
-    ASSERT_TRUE(type);
-    const gdtf::Mode& mode = type->modes.at(0);
-    const auto states = gdtf::beam_states(*type, mode, gdtf::default_values(*type, mode), options);
-    const glm::dmat4 world_from_beam = hang.world_from_fixture() * states.at(0).fixture_from_beam;
-    expect_near(aim_of(world_from_light), -glm::dvec3(world_from_beam[2]), 1e-6);
-    expect_near(c0_of(world_from_light), glm::dvec3(world_from_beam[0]), 1e-6);
-}
-
-// What a console says as pan and tilt turns the light as GDTF's geometry would, C0 with it, however the fixture is
-// mounted.
-TEST(ImportMvr, HeadsSwingAsTheirGeometryDoes) {
-    const auto type = gdtf::read_gdtf(*open_zip(head_gdtf()));
-    ASSERT_TRUE(type);
-    for (const double yaw : {0.0, 0.6, -2.2})
-        for (const double about_x : {0.0, 0.4, std::numbers::pi / 2, std::numbers::pi})
-            for (const bool inverted : {false, true}) {
-                const Hang hang = hang_at(yaw, about_x);
-                const auto axes =
-                    exchange::head_axes(exchange::head_directions(*type, type->modes.at(0), inverted, false), 3,
-                                        hang.world_from_fixture(), true);
-                ASSERT_TRUE(axes) << yaw << about_x << inverted;
-                for (const double pan : {-3.0, 0.2, 1.1})
-                    for (const double tilt : {-1.5, -0.3, 0.0, 0.9})
-                        expect_as_geometry(axes->world_from_mount *
-                                               orientation_of({axes->pan_offset_rad + axes->pan_sign * pan,
-                                                               axes->tilt_offset_rad + axes->tilt_sign * tilt, 0.0}),
-                                           hang, {inverted, false, pan, tilt});
-            }
-}
-
-// However the show leaves a head, its console turns it as GDTF's tree says, and a gobo with it.
-TEST(ImportMvr, AConsoleTurnsWhatTheShowHasTurned) {
-    const auto address = [](int slot) {
-        return printed("<Addresses><Address break='0'>1.%d</Address></Addresses>", slot);
-    };
-    const auto commands = [](double pan, double tilt) {
-        return printed(
-            "<CustomCommands><CustomCommand>Yoke_Pan.Pan.Pan 1,f %g</CustomCommand>"
-            "<CustomCommand>Body_Tilt.Tilt.Tilt 1,f %g</CustomCommand></CustomCommands>",
-            pan, tilt);
-    };
-    struct Case {
-        Hang hang;
-        std::string more;
-        double pan_deg, tilt_deg;  // at first; a focus point: where it leaves them
-        bool focused = false;
-    };
-    const std::vector<Case> cases = {
-        {hang_at(0.5, 0.0), "", 0, 0},
-        {hang_at(0.5, 0.0), commands(20, 0), 20, 0},
-        {hang_at(-2.0, 0.0), commands(20, -40), 20, -40},
-        {hang_at(1.0, std::numbers::pi), commands(-130, 70), -130, 70},
-        {hang_at(0.3, 1.2), commands(200, -100), 200, -100},
-        {hang_at(0.3, 0.7), "<Focus>f</Focus>", 0, 0, true},
-        {hang_at(0.3, 0.7), "<Focus>f</Focus>" + commands(170, 20), 0, 0, true},
-    };
-    std::string fixtures =
-        "<FocusPoint name='F' uuid='f'><Matrix>{1,0,0}{0,1,0}{0,0,1}{4000,2000,500}</Matrix></FocusPoint>";
-    for (std::size_t i = 0; i < cases.size(); ++i)
-        fixtures += fixture(printed("head %zu", i), cases[i].hang.matrix(),
-                            cases[i].more + address(1 + 10 * static_cast<int>(i)));
-    const auto asset = imported(show_mvr(fixtures, {{"Maker@Head.gdtf", head_gdtf()}}));
-    Scene scene = scene_of(asset);
-    ASSERT_EQ(scene.lights.size(), cases.size());
-    DmxUniverse universe = universe_of_a_console();
-    DmxSource& source = universe.sources.front();
-    for (std::size_t i = 0; i < cases.size(); ++i) {
-        const Light& light = scene.lights[i];
-        if (!cases[i].focused)
-            expect_as_geometry(light.world_from_light, cases[i].hang,
-                               {false, false, cases[i].pan_deg * kDegree, cases[i].tilt_deg * kDegree});
-        else
-            expect_near(aim_of(light.world_from_light), glm::normalize(glm::dvec3(4, 0.5, -2) - light.position), 1e-9);
-        for (std::size_t slot = 0; slot < 4; ++slot) source.levels[10 * i + slot] = slot < 2 ? 0x55 : 0x33;
-    }
-    hear(scene, universe);
-    for (std::size_t i = 0; i < cases.size(); ++i)  // 0x5555: -90°; 0x3333, a fifth: -81°
-        expect_as_geometry(scene.lights[i].world_from_light, cases[i].hang,
-                           {false, false, -90 * kDegree, -81 * kDegree});
-}
-
-// From the show's patch to the light: a universe's slots aim it as the geometry of its GDTF says.
-TEST(ImportMvr, AConsoleSwingsTheHeads) {
-    const std::string hanging = "<Addresses><Address break='0'>1.1</Address></Addresses>",
-                      standing = "<Addresses><Address break='0'>1.11</Address></Addresses>",
-                      on_its_side = "<Addresses><Address break='0'>1.21</Address></Addresses>";
-    const auto asset = imported(show_mvr(fixture("Hung", kHanging, hanging) +
-                                             fixture("Stood", "{1,0,0}{0,-1,0}{0,0,-1}{0,0,0}", standing) +
-                                             fixture("Side", "{0,0,-1}{0,1,0}{1,0,0}{0,0,0}", on_its_side),
-                                         {{"Maker@Head.gdtf", head_gdtf()}}));
-    ASSERT_TRUE(asset->patch);
-    ASSERT_TRUE(check_patch(*asset->patch)) << check_patch(*asset->patch).error().text();
-    Scene scene = scene_of(asset);
-    DmxUniverse universe = universe_of_a_console();
-    DmxSource& source = universe.sources.front();
-    for (const std::size_t first : {0u, 10u, 20u}) {
-        source.levels[first] = source.levels[first + 1] = 0x55;  // 21845: pan -90°
-        source.levels[first + 2] = 0xD5;                         // 54741 of 65535: tilt 90.53°
-        source.levels[first + 3] = 0xD5;
-        source.levels[first + 4] = 51;  // a fifth
-    }
-    hear(scene, universe);
-    const double tilt = (-135.0 + 54741.0 / 65535.0 * 270.0) * kDegree;
-    // Rz(-90°) Rx(t) (0,0,-1) = (sin t, 0, -cos t) in GDTF's axes: (sin t, -cos t, 0) in the scene's.
-    expect_near(aim_of(scene.lights.at(0).world_from_light), {std::sin(tilt), -std::cos(tilt), 0}, 1e-6);
-    // Turned by 180° about X it is (sin t, cos t, 0).
-    expect_near(aim_of(scene.lights.at(1).world_from_light), {std::sin(tilt), std::cos(tilt), 0}, 1e-6);
-    // Turned by 90° about GDTF's Y, X goes to -Z and Z to X: (-cos t, -sin t, 0).
-    expect_near(aim_of(scene.lights.at(2).world_from_light), {-std::cos(tilt), -std::sin(tilt), 0}, 1e-6);
-    for (const Light& light : scene.lights) EXPECT_NEAR(light.level_ratio, 0.2, 1e-9);
-    // Whatever it aims at, its angles about its own axes bring it there again; a copy turns about the vertical.
-    const auto command = [&](auto fill) {
-        v1::Command made;
-        fill(made);
-        const auto applied = apply(scene, made, {});
-        EXPECT_TRUE(applied) << applied.error().text();
-    };
-    command([](v1::Command& made) {
-        made.mutable_set_light()->set_name("Side");
-        for (const double value : {0.3, -0.5, 0.7}) made.mutable_set_light()->add_aim(value);
-    });
-    const Light aimed = scene.lights.at(2);
-    command([&](v1::Command& made) {
-        made.mutable_set_light()->set_name("Side");
-        made.mutable_set_light()->set_pan_rad(aimed.pan_rad + 1.0);
-    });
-    command([&](v1::Command& made) {
-        made.mutable_set_light()->set_name("Side");
-        made.mutable_set_light()->set_pan_rad(aimed.pan_rad);
-    });
-    expect_near(aim_of(scene.lights.at(2).world_from_light), glm::normalize(glm::dvec3(0.3, -0.5, 0.7)), 1e-9);
-    command([](v1::Command& made) {
-        made.mutable_add_light()->set_like("Side");
-        made.mutable_add_light()->mutable_light()->set_name("copy");
-        made.mutable_add_light()->mutable_light()->set_tilt_rad(0.0);
-    });
-    expect_near(aim_of(scene.lights.back().world_from_light), {0, -1, 0}, 1e-9);
-}
-
 TEST(ImportMvr, ModelsOfBothKindsStandWhereTheyBelong) {
     // A triangle in the glTF's own metres, Y up: (0,0,0), (1,0,0), (0,2,0).
     const std::string gltf =
@@ -421,7 +105,7 @@ TEST(ImportMvr, ModelsOfBothKindsStandWhereTheyBelong) {
         R"("buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAAEAAAAAA"}],)"
         R"("bufferViews":[{"buffer":0,"byteLength":36}],)"
         R"("accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,2,0]}]})";
-    const std::string square = test::bytes_of(GONIO_SOURCE_DIR "/tests/fuzz/exchange_corpus/square.3ds");
+    const std::string square = bytes_of(GONIO_SOURCE_DIR "/tests/fuzz/exchange_corpus/square.3ds");
     const auto object = [](const std::string& file, const std::string& matrix) {
         return "<SceneObject name='" + file + "'><Matrix>" + matrix + "</Matrix><Geometries><Geometry3D fileName='" +
                file + "'/></Geometries></SceneObject>";
@@ -511,7 +195,7 @@ TEST(ImportMvr, WhatIsTooFarOrHasNoAxesIsLeftOut) {
         EXPECT_TRUE(scene->lights.empty()) << axis;
         EXPECT_TRUE(says(*scene, "left out: a light is more than 1,000 km away, or its axes span no space: \"Spot\""));
     }
-    const std::string square = test::bytes_of(GONIO_SOURCE_DIR "/tests/fuzz/exchange_corpus/square.3ds");
+    const std::string square = bytes_of(GONIO_SOURCE_DIR "/tests/fuzz/exchange_corpus/square.3ds");
     const auto scene = imported(
         show_mvr(within("1e5", within("1e5",
                                       "<SceneObject name='Rug'><Matrix>{1,0,0}{0,1,0}{0,0,1}{1000,0,0}</Matrix>"
@@ -532,8 +216,8 @@ TEST(ImportMvr, ShareOfAChannel) {
     };
     const auto shown = [&](const std::string& channels) {
         const std::string text =
-            test::gdtf_text({.geometries = "<Geometry Name='Base'><Beam Name='Lens' LuminousFlux='1000'/></Geometry>",
-                             .modes = mode_text("Base", channels)});
+            gdtf_text({.geometries = "<Geometry Name='Base'><Beam Name='Lens' LuminousFlux='1000'/></Geometry>",
+                       .modes = mode_text("Base", channels)});
         return imported(show_mvr(fixture("Spot", kHanging, "<Addresses><Address break='0'>1.1</Address></Addresses>"),
                                  {{"Maker@Head.gdtf", *write_zip(std::vector<ZipFile>{{"description.xml", text}})}}));
     };
@@ -563,8 +247,8 @@ TEST(ImportMvr, ShareOfAChannel) {
 TEST(ImportMvr, BeamsThatAreNotSpotsAreNamed) {
     const auto shown = [](const std::string& type) {
         const std::string beam = "<Beam Name='Lens' LuminousFlux='1000' BeamType='" + type + "'/>";
-        const std::string text = test::gdtf_text(
-            {.geometries = "<Geometry Name='Base'>" + beam + "</Geometry>", .modes = mode_text("Base", "")});
+        const std::string text =
+            gdtf_text({.geometries = "<Geometry Name='Base'>" + beam + "</Geometry>", .modes = mode_text("Base", "")});
         return imported(show_mvr(fixture("Spot", kHanging),
                                  {{"Maker@Head.gdtf", *write_zip(std::vector<ZipFile>{{"description.xml", text}})}}));
     };
@@ -575,7 +259,7 @@ TEST(ImportMvr, BeamsThatAreNotSpotsAreNamed) {
 
 // A dimmer with the curve x² of a DMX profile: each value of the slot has what the curve gives, within a step of it.
 TEST(ImportMvr, DmxProfileOfADimmer) {
-    const std::string text = test::gdtf_text(
+    const std::string text = gdtf_text(
         {.geometries = "<Geometry Name='Base'><Beam Name='Lens' LuminousFlux='1000'/></Geometry>",
          .modes = mode_text("Base",
                             "<DMXChannel DMXBreak='1' Offset='1' Geometry='Base'><LogicalChannel "
@@ -604,7 +288,7 @@ TEST(ImportMvr, DmxProfileOfADimmer) {
 
 // Beams beside each other below one axis are lights beside each other; a measured web is that of the whole fixture.
 TEST(ImportMvr, SeveralBeamsOfAHead) {
-    const std::string text = test::gdtf_text(
+    const std::string text = gdtf_text(
         {.geometries = "<Geometry Name='Base'><Axis Name='Bar'>"
                        "<Beam Name='A' LuminousFlux='1000' Position='{1,0,0,-0.5}{0,1,0,0}{0,0,1,0}{0,0,0,1}'/>"
                        "<Beam Name='B' LuminousFlux='1000' Position='{1,0,0,0.5}{0,1,0,0}{0,0,1,0}{0,0,0,1}'/>"
@@ -659,16 +343,16 @@ TEST(ImportMvr, FilesAreToldApartByContent) {
 }
 
 TEST(ImportMvr, Samples) {
-    const auto folder = test::shared_formats();
+    const auto folder = shared_formats();
     if (!folder) GTEST_SKIP() << "the samples are not on this machine";
-    const auto basic = imported(test::bytes_of(*folder / "mvr" / "basic_fixture.mvr"));
+    const auto basic = imported(bytes_of(*folder / "mvr" / "basic_fixture.mvr"));
     ASSERT_EQ(basic->lights.size(), 1u);
     EXPECT_EQ(basic->lights[0].name, "LED PAR 64 RGBW");
     EXPECT_NEAR(basic->lights[0].profile->peak_cd / 7295.8, 1.0, 1e-3);
     expect_near(basic->lights[0].position, {5, 4.866, -5}, 1e-9);
     // Red, green and blue are on by default, and white with half of the luminance is not.
     EXPECT_NEAR(basic->lights[0].color.g, 0.5, 0.01);
-    const auto seven = imported(test::bytes_of(*folder / "mvr" / "7-fixtures-sample.mvr"));
+    const auto seven = imported(bytes_of(*folder / "mvr" / "7-fixtures-sample.mvr"));
     ASSERT_EQ(seven->lights.size(), 7u);
     EXPECT_EQ(seven->lights[6].name, "Robe ColorWash 2500 AT 7");
     // {1,0,0}{0,-1,0}{0,0,-1}: it stands, and its beam goes up.
