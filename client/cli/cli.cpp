@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
-#include <fstream>
 
 #include "client/cli/commands.h"
 
@@ -11,16 +10,6 @@ namespace gonio {
 namespace {
 
 constexpr const char* kVersion = "gonio " GONIO_VERSION ", protocol gonio.v1\n";
-
-Result<std::string> read_token(const std::string& file_name) {
-    std::ifstream file(file_name);
-    std::string token;
-    std::getline(file, token);
-    if (!file.is_open() || file.bad())
-        return Error{"file_unreadable", "--token-file", file_name, "The token cannot be read."};
-    while (!token.empty() && (token.back() == '\r' || token.back() == ' ')) token.pop_back();
-    return token;
-}
 
 // Puts into the session where the server is and how to get in.
 Result<bool> find_server(Session& session, const ReadWords& words) {
@@ -38,6 +27,7 @@ Result<bool> find_server(Session& session, const ReadWords& words) {
         const auto token = read_token(file);
         if (!token) return token.error();
         session.token = *token;
+        session.token_file = file;
     }
     return true;
 }
@@ -58,7 +48,7 @@ int run_cli(std::span<const std::string> args, std::ostream& out, std::ostream& 
         out << kVersion;
         return kExitOk;
     }
-    Session session{{}, {}, {}, words.has("--json"), out, err};
+    Session session{{}, {}, {}, {}, words.has("--json"), out, err};
     if (words.fault) return session.fail(*words.fault);
     constexpr std::array kOffline = {"photometry", "convert", "bake", "doctor"};  // work without a server
     if (std::ranges::find(kOffline, words.command->name) == kOffline.end())

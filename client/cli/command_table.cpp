@@ -208,7 +208,7 @@ constexpr WordRow kOptions[] = {
     {"--ca", "FILE", text, "", "of https: the authorities to trust instead of the system's (PEM)"},
     {"--role", "ROLE", text, "", "viewer: may look and ask, not change anything"},
     {"--json", "", flag, "", "one line of JSON, also for refusals"},
-    {"--help", "", flag, "", "-h; after a command: of this command"},
+    {"--help", "", flag, "", "also -h; after a command: what that command takes"},
     {"--version", "", flag, "", ""},
 };
 

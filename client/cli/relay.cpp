@@ -22,8 +22,9 @@ namespace {
 
 constexpr std::uint64_t kMs = 1'000'000, kSecond = 1'000'000'000;
 constexpr std::uint64_t kFirstPause = kSecond / 2, kLongestPause = 8 * kSecond;  // between attempts to connect
-constexpr std::uint64_t kPatience = 10 * kSecond;   // with a server that shows nothing, or makes no key frame
-constexpr std::uint64_t kNoteEvery = 10 * kSecond;  // of packets that were not sent
+constexpr std::uint64_t kRefusedPause = 15 * kSecond;  // else it uses up the wrong tokens that its address may show
+constexpr std::uint64_t kPatience = 10 * kSecond;      // with a server that shows nothing, or makes no key frame
+constexpr std::uint64_t kNoteEvery = 10 * kSecond;     // of packets that were not sent
 constexpr std::size_t kMaxPictureBytes = 16u << 20;
 constexpr int kEventsATurn = 64, kTurnMs = 50;
 
@@ -82,11 +83,13 @@ Result<Wanted> read_wanted(const ReadWords& words) {
 class Relay {
 public:
     Relay(const Session& session, const Wanted& wanted, std::optional<RtpOutput> rtp)
-        : session_(session), wanted_(wanted), rtp_(std::move(rtp)), keys_(wanted.key_every_ns) {}
+        : session_(session), wanted_(wanted), token_(session.token), rtp_(std::move(rtp)), keys_(wanted.key_every_ns) {}
 
-    // Result: whether there is a connection. Errors: of Connection::open.
+    // Result: whether there is a connection. Errors: of Connection::open. The token is read again: it may be another.
     Result<bool> connect() {
-        auto opened = Connection::open(session_.address, {session_.token, true, false, "viewer"});
+        if (!session_.token_file.empty())
+            if (const auto token = read_token(session_.token_file)) token_ = *token;
+        auto opened = Connection::open(session_.address, {token_, true, false, "viewer"});
         if (!opened) return opened.error();
         connection_ = std::move(*opened);
         end_when_silent(connection_->descriptor());
@@ -139,13 +142,20 @@ private:
     }
 
     void reconnect() {
-        if (const auto again = connect(); again) {
+        const auto again = connect();
+        if (again) {
             note("connected again");
             pause_ns_ = kFirstPause;
+            told_refusal_.clear();
             return;
         }
+        const bool refused = again.error().code == "refused";
+        if (refused && told_refusal_ != again.error().where) {
+            told_refusal_ = again.error().where;
+            note("refused " + again.error().where + ": " + again.error().message + " Trying again every 15 s.");
+        }
         pause_ns_ = std::min(2 * pause_ns_, kLongestPause);
-        retry_ns_ = now_ns() + pause_ns_;
+        retry_ns_ = now_ns() + (refused ? kRefusedPause : pause_ns_);
     }
 
     // Result: whether more may have arrived.
@@ -177,7 +187,7 @@ private:
         }
         const std::vector<Bytes> units = with_parameter_sets(nal_units(event.access_unit), sets_);
         const bool key = is_idr(units);
-        if (key && !begun_) {
+        if (key) {
             begun_ = true;
             if (auto described = describe(); !described) return described;
         }
@@ -204,7 +214,7 @@ private:
         const std::vector<std::byte> bytes = annex_b(units);
         session_.out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
         session_.out.flush();
-        if (!session_.out)
+        if (!session_.out && !interrupted)  // by which a full pipe is left too
             return Error{"file_unwritable", "--annexb", "", "Nobody reads the standard output any more."};
         return true;
     }
@@ -280,6 +290,7 @@ private:
 
     const Session& session_;
     const Wanted& wanted_;
+    std::string token_;
     std::optional<RtpOutput> rtp_;
     std::unique_ptr<Connection> connection_;
     KeyFrames keys_;
@@ -290,6 +301,7 @@ private:
     Counts counts_;
     bool begun_ = false;  // this connection had a key frame
     bool told_of_nothing_ = false;
+    std::string told_refusal_;         // its place
     std::uint64_t unanswered_ns_ = 0;  // since when a key frame is asked for; 0: it is not
     std::uint64_t connected_ns_ = 0, retry_ns_ = 0, pause_ns_ = kFirstPause, told_unsent_ = 0, told_unsent_ns_ = 0;
 };

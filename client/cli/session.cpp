@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <fstream>
 #include <iostream>
 
 #include "client/cli/cli.h"
@@ -10,6 +11,16 @@
 #include "protocol/schema/codec.h"
 
 namespace gonio {
+
+Result<std::string> read_token(const std::string& file_name) {
+    std::ifstream file(file_name);
+    std::string token;
+    std::getline(file, token);
+    if (!file.is_open() || file.bad())
+        return Error{"file_unreadable", "--token-file", file_name, "The token cannot be read."};
+    while (!token.empty() && (token.back() == '\r' || token.back() == ' ')) token.pop_back();
+    return token;
+}
 
 void Session::print(const google::protobuf::Message& message) const {
     out << to_json(message, json) << "\n";

@@ -9,9 +9,12 @@
 
 namespace gonio {
 
+// Result: the first line of a file, without blanks at its end. Errors: "file_unreadable".
+Result<std::string> read_token(const std::string& file_name);
+
 struct Session {
     ServerAddress address;
-    std::string token;
+    std::string token, token_file;  // the file's; empty: none
     std::string role;
     bool json = false;
     std::ostream& out;

@@ -24,6 +24,9 @@ class Goniod:
         self.url = self.process.stdout.readline().removeprefix('READY ').strip()
         assert self.url, 'goniod does not start'
 
+    def reload(self):
+        self.process.send_signal(signal.SIGHUP)
+
     def stop(self, how=signal.SIGTERM):
         self.process.send_signal(how)
         self.process.wait()

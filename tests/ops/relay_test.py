@@ -5,6 +5,7 @@
 
 Needs no package: the receiver of RTP is the test's own.
 """
+import fcntl
 import pathlib
 import re
 import signal
@@ -13,6 +14,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import termios
 import time
 import unittest
 
@@ -94,9 +96,10 @@ class Relays(unittest.TestCase):
     def setUp(self):
         self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
 
-    def relay(self, *options, **given):
+    def relay(self, *options, url=None, before=(), **given):
         with open(self.folder / 'relay', 'w') as said:
-            process = subprocess.Popen([GONIO, '--server', self.goniod.url, 'relay', *options], stderr=said, **given)
+            process = subprocess.Popen([GONIO, '--server', url or self.goniod.url, *before, 'relay', *options], stderr=said,
+                                       **given)
         self.addCleanup(process.wait)
         self.addCleanup(process.terminate)
         return process
@@ -170,6 +173,51 @@ class Relays(unittest.TestCase):
         for after, before in zip(stamps[1:], stamps):
             self.assertLess((after - before) % 2 ** 32, 90000 * 2, 'times rise by what passed')
         self.assertEqual(receiver.lost, 0)
+
+    def test_the_sdp_follows_the_parameters(self):
+        receiver, sdp = self.receiver(), self.folder / 'size.sdp'
+        self.relay('--rtp', f'127.0.0.1:{receiver.port}', '--key-every', '0.5', '--sdp', str(sdp), stdout=subprocess.DEVNULL)
+        until(lambda: sdp.exists() and 'sprop-parameter-sets' in sdp.read_text(), 10, 'it is written')
+        before = sdp.read_text()
+        subprocess.run([GONIO, '--server', self.goniod.url, 'set', 'size', '640x360'], check=True, stdout=subprocess.DEVNULL)
+        try:
+            until(lambda: sdp.read_text() != before, 10, 'it is written again')
+        finally:
+            subprocess.run([GONIO, '--server', self.goniod.url, 'set', 'size', '320x240'], check=True, stdout=subprocess.DEVNULL)
+
+    def test_a_new_token_is_read_and_a_wrong_one_seldom_shown(self):
+        token = self.folder / 'token'
+        token.write_text('0123456789abcdef')
+        goniod = Goniod(GONIOD, '--renderer', 'null', '--size', '64x64', '--token-file', str(token))
+        self.addCleanup(goniod.stop)
+        self.relay('--annexb', stdout=subprocess.DEVNULL, before=['--token-file', str(token)], url=goniod.url)
+        get = [GONIO, '--server', goniod.url, '--token-file', str(token), 'get', 'scene_rev']
+        until(lambda: subprocess.run(get, capture_output=True).returncode == 0, 10, 'it serves')
+        time.sleep(1)
+        token.write_text('fedcba9876543210')
+        goniod.reload()
+        until(lambda: 'connected again' in self.said(), 10, 'it shows the new token')
+        client = self.folder / 'client-token'  # of the relay and nobody else
+        client.write_text('fedcba9876543210')
+        self.relay('--annexb', stdout=subprocess.DEVNULL, before=['--token-file', str(client)], url=goniod.url)
+        time.sleep(1)
+        token.write_text('00112233445566778899')
+        goniod.reload()
+        until(lambda: 'refused HTTP 401' in self.said(), 10, 'it says why it is out')
+        for _ in range(20):  # s, in which it tried every 8 s at the latest
+            self.assertEqual(subprocess.run(get, capture_output=True).returncode, 0, 'its address is not shut out')
+            time.sleep(1)
+
+    def test_a_full_pipe_ends_with_the_signal(self):
+        process = subprocess.Popen([GONIO, '--server', self.goniod.url, 'relay', '--annexb', '--key-every', '0.5'],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        fcntl.fcntl(process.stdout, fcntl.F_SETPIPE_SZ, 4096)
+        until(lambda: fcntl.ioctl(process.stdout, termios.FIONREAD, b'1234') != b'\0\0\0\0', 10, 'it writes')
+        time.sleep(3)  # the rest finds the pipe full
+        process.terminate()
+        self.assertEqual(process.wait(5), 0, process.stderr.read())
+        process.stdout.close()
+        process.stderr.close()
 
     def test_what_cannot_be_is_refused(self):
         for words, code, said in ((['--rtp', '127.0.0.1:1', '--annexb'], 2, 'One of'), ([], 2, 'One of'),

@@ -198,6 +198,8 @@ TEST(RelaySdp, SaysWhatRfc6184Wants) {
     const std::string bare = session_description({"::1", 5004, true}, 42, {});
     EXPECT_NE(bare.find("c=IN IP6 ::1\r\n"), std::string::npos);
     EXPECT_NE(bare.find("a=fmtp:96 packetization-mode=1\r\n"), std::string::npos);
+    EXPECT_NE(session_description({"239.1.2.3", 5004, false}, 42, sets).find("c=IN IP4 239.1.2.3/1\r\n"),
+              std::string::npos);
 }
 
 TEST(RelaySdp, Base64IsThatOfRfc4648) {
