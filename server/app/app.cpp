@@ -373,8 +373,8 @@ int run_daemon(const Options& given) {
         app.stop();
         return 0;
     } catch (const BadOption& error) {
-        log_end(options, error.what());
-        return options.bake.scene.empty() ? 2 : 1;  // a bake has 2 for its words alone
+        log_end(given, error.what());
+        return given.bake.scene.empty() ? 2 : 1;  // a bake has 2 for its words alone
     }
 }
 

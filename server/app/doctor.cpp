@@ -58,8 +58,12 @@ std::vector<std::string> gpu_nodes(const std::string& root) {
     return found;
 }
 
-std::string join_group(const std::string& group) {
-    return "usermod -aG " + group + " USER, then log in again";
+// Joining root's group would give away more than a device.
+std::string mend_of_node(const std::string& node, const Machine& machine) {
+    const std::string group = machine.group_of(node);
+    if (!group.empty() && group != "root" && machine.group_may_use(node))
+        return "usermod -aG " + group + " USER, then log in again";
+    return "give the node a group that may read and write it, by a rule of udev: GROUP=\"render\", MODE=\"0660\"";
 }
 
 // Result: a finding of each node that this user may not use.
@@ -69,7 +73,7 @@ std::vector<Finding> closed_nodes(const std::vector<std::string>& found, const s
     for (const std::string& node : found)
         if (!machine.may_use(node))
             findings.push_back({"device", State::warning, what + " " + node + " may not be used by this user.",
-                                join_group(machine.group_of(node))});
+                                mend_of_node(node, machine)});
     return findings;
 }
 
@@ -132,7 +136,9 @@ std::string mend_of_port(int error) {
         case EADDRINUSE:
             return "end what listens there (ss -ltnp names it), or give --listen another port";
         case EACCES:
-            return "give --listen a port from 1024, or the unit AmbientCapabilities=CAP_NET_BIND_SERVICE";
+            return "give --listen a port from 1024, or the unit CAP_NET_BIND_SERVICE both as AmbientCapabilities= and "
+                   "as "
+                   "CapabilityBoundingSet=";
         case EADDRNOTAVAIL:
             return "give --listen an address of this machine (ip address lists them), or 0.0.0.0 for all";
         default:
@@ -140,11 +146,18 @@ std::string mend_of_port(int error) {
     }
 }
 
-Finding check_input(const char* protocol, const UdpPeer& at, const Result<Descriptor>& opened) {
+// opened: just now. beside: a goniod listens at --listen, whose consoles these may be.
+Finding check_input(const char* protocol, const UdpPeer& at, const Result<Descriptor>& opened, bool beside) {
+    const int error = errno;
     const std::string name = std::string(protocol) + " port " + std::to_string(at.port);
     if (opened) return {"port", State::ok, name + " can be listened on.", ""};
+    if (beside && error == EADDRINUSE)
+        return {"port", State::warning, name + ": something listens there already, as a goniod does at --listen.",
+                "none, if it is that goniod (ss -lntup names it)"};
     return {"port", State::fault, name + ": " + opened.error().text(),
-            "end what listens there (ss -lunp names it), or give the option another address"};
+            error == EADDRNOTAVAIL ? "give the option an address of this machine (ip address lists them)"
+            : error == EACCES      ? "give the option a port from 1024"
+                                   : "end what listens there (ss -lntup names it), or give the option another port"};
 }
 
 // libepoxy opens these when they are first used, and aborts where they are missing. Result: those that are.
@@ -166,6 +179,9 @@ std::vector<Finding> check_graphics(const Options& options, const Machine& machi
     try {
         context = gl::Context::create({options.device, false});
     } catch (const std::runtime_error& error) {
+        if (options.device >= 0)
+            return {{"egl", State::fault, error.what(),
+                     "give --device the index of one that works, or leave it out: then goniod looks for one"}};
         return {{"egl", State::fault, error.what(),
                  "apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri; for a GPU its maker's driver with EGL"}};
     }
@@ -177,7 +193,7 @@ std::vector<Finding> check_graphics(const Options& options, const Machine& machi
         findings.push_back({"gpu", State::ok, "There is no GPU: the CPU renders (" + context->renderer() + ").", ""});
     else
         findings.push_back({"gpu", State::warning, "There is " + gpus.front() + ", but the CPU renders.",
-                            "install the GPU's driver with EGL (Mesa: libgl1-mesa-dri; NVIDIA: libnvidia-egl), and see "
+                            "install the GPU's driver with EGL (Mesa: libgl1-mesa-dri; NVIDIA: nvidia-driver), and see "
                             "to the rights on its nodes"});
     return findings;
 }
@@ -192,7 +208,8 @@ Finding check_encoder(const Options& options) {
     if (options.encoder == "mjpeg") return {"encoder", State::ok, "No H.264 is asked for (--encoder mjpeg).", ""};
     const bool named = options.encoder != "auto";
     return {"encoder", named ? State::fault : State::warning, "There is no H.264: " + why,
-            named ? "give --encoder auto, or install the driver of this encoder" : "apt-get install libavcodec59"};
+            named ? "give --encoder auto, or install the driver of this encoder"
+                  : "give a libavcodec that has libx264, as Debian's libavcodec59 does; until then pictures are JPEGs"};
 }
 
 const char* name_of(State state) {
@@ -208,7 +225,12 @@ Machine Machine::real() {
         struct stat status {};
         if (::stat(path.c_str(), &status) != 0) return std::string();
         const struct group* const row = ::getgrgid(status.st_gid);
-        return row != nullptr ? std::string(row->gr_name) : std::to_string(status.st_gid);
+        return row != nullptr ? std::string(row->gr_name) : std::string();
+    };
+    machine.group_may_use = [](const std::string& path) {
+        struct stat status {};
+        constexpr mode_t kBoth = S_IRGRP | S_IWGRP;
+        return ::stat(path.c_str(), &status) == 0 && (status.st_mode & kBoth) == kBoth;
     };
     machine.clock_state = [] {
         timex asked{};  // modes 0: it only reads
@@ -224,12 +246,27 @@ Machine Machine::real() {
     return machine;
 }
 
+std::vector<Finding> check_options(const Options& options) {
+    std::vector<Finding> findings;
+    for (const std::string& fault : options.faults)
+        findings.push_back(
+            {"options", State::fault, fault + ".",
+             fault.find("token-file") != std::string::npos
+                 ? "give --token-file; the service's is a credential: as root, GONIOD_TOKEN_FILE=/etc/goniod/token"
+             : fault.find("upload-dir") != std::string::npos ? "give --upload-dir a folder that this user may write; "
+                                                               "the service's first start makes /var/lib/goniod"
+                                                             : "mend the option, or the line of the file"});
+    if (findings.empty()) findings.push_back({"options", State::ok, "The options are right.", ""});
+    return findings;
+}
+
 std::vector<Finding> check_ports(const Options& options) {
     std::vector<Finding> findings;
     const std::string at = options.host + " port " + std::to_string(options.port);
     const Address address = address_of(options.host, options.port);
     const int error = try_listening(address);
-    if (error == EADDRINUSE && goniod_answers(address))
+    const bool beside = error == EADDRINUSE && goniod_answers(address);
+    if (beside)
         findings.push_back({"port", State::warning, at + ": a goniod listens there already.",
                             "none, if it is the one that you mean; else give --listen another port"});
     else if (error != 0)
@@ -237,11 +274,14 @@ std::vector<Finding> check_ports(const Options& options) {
     else
         findings.push_back({"port", State::ok, at + " can be listened on.", ""});
     const InputOptions& inputs = options.inputs;
-    if (inputs.sacn) findings.push_back(check_input("sACN", *inputs.sacn, open_udp(*inputs.sacn)));
-    if (inputs.artnet) findings.push_back(check_input("Art-Net", *inputs.artnet, open_udp(*inputs.artnet)));
+    const auto check = [&](const char* protocol, const UdpPeer& peer, const auto& open) {
+        findings.push_back(check_input(protocol, peer, open(peer), beside));
+    };
+    if (inputs.sacn) check("sACN", *inputs.sacn, open_udp);
+    if (inputs.artnet) check("Art-Net", *inputs.artnet, open_udp);
     if (inputs.osc) {
-        findings.push_back(check_input("OSC (UDP)", *inputs.osc, open_udp(*inputs.osc)));
-        findings.push_back(check_input("OSC (TCP)", *inputs.osc, open_tcp(*inputs.osc)));
+        check("OSC (UDP)", *inputs.osc, open_udp);
+        check("OSC (TCP)", *inputs.osc, open_tcp);
     }
     return findings;
 }
@@ -303,7 +343,7 @@ Finding check_leader(const Options& options) {
     if (opened) return {"leader", State::ok, options.follow + " can be followed.", ""};
     const Error& why = opened.error();
     return {"leader", State::warning, options.follow + ": " + why.text(),
-            why.code == "unreachable" ? "start that goniod, or give --follow its address and port"
+            why.code == "unreachable" ? "start that goniod, or give --follow its scheme, address and port"
             : why.code == "untrusted" ? "give --follow-ca its authority, and --follow the name of its certificate"
             : why.where == "HTTP 403" ? "give that goniod --host-name " + leader->host
                                       : "give --follow-token-file its token"};
@@ -332,15 +372,16 @@ std::string findings_text(const std::vector<Finding>& findings, bool json) {
 
 int run_doctor(const Options& options) {
     const Machine machine = Machine::real();
-    std::vector<Finding> findings = check_graphics(options, machine);
+    std::vector<Finding> findings = check_options(options);
     const auto add = [&](std::vector<Finding> more) { std::ranges::move(more, std::back_inserter(findings)); };
+    add(check_graphics(options, machine));
     add({check_encoder(options)});
     add(check_ports(options));
     add(check_devices(options, machine));
     rlimit descriptors{};
     ::getrlimit(RLIMIT_NOFILE, &descriptors);
     add({check_time(machine), check_buffers(options, machine), check_descriptors(options, descriptors.rlim_cur)});
-    if (!options.follow.empty()) add({check_leader(options)});
+    if (!options.follow.empty() && options.faults.empty()) add({check_leader(options)});
     std::cout << findings_text(findings, options.log == "json") << std::flush;
     return std::ranges::any_of(findings, [](const Finding& finding) { return finding.state == State::fault; }) ? 1 : 0;
 }

@@ -11,7 +11,8 @@ namespace gonio {
 
 struct Finding {
     enum class State { ok, warning, fault };  // warning: it works, with less than it could; fault: it does not start
-    std::string check;  // "egl", "gpu", "encoder", "port", "device", "time", "buffer", "descriptors", "leader"
+    std::string
+        check;  // "options", "egl", "gpu", "encoder", "port", "device", "time", "buffer", "descriptors", "leader"
     State state = State::ok;
     std::string found;  // a sentence
     std::string mend;   // what to do; empty where all is well
@@ -21,12 +22,15 @@ struct Finding {
 struct Machine {
     std::string root;                                         // before /dev, /proc and the folders of udev's rules
     std::function<bool(const std::string&)> may_use;          // whether this user may read and write the file
-    std::function<std::string(const std::string&)> group_of;  // of a file, its name
+    std::function<std::string(const std::string&)> group_of;  // of a file, its name; empty: that has none
+    std::function<bool(const std::string&)> group_may_use;    // whether this group may read and write the file
     std::function<int()> clock_state;          // adjtimex(2): TIME_ERROR where nothing keeps the clock right
     std::function<long long()> receive_bytes;  // that a socket of the consoles gets
     static Machine real();
 };
 
+// Errors of the configuration file and of options that depend on each other or on files, which else end with 78.
+std::vector<Finding> check_options(const Options& options);
 // The parts that need no GL. Result: a finding for each thing that was looked at, at least one.
 std::vector<Finding> check_ports(const Options& options);
 std::vector<Finding> check_devices(const Options& options, const Machine& machine);

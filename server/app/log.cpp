@@ -6,9 +6,12 @@
 #include <memory>
 
 #include <spdlog/formatter.h>
+#include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 #include <nlohmann/json.hpp>
+
+#include "protocol/text/text_bytes.h"
 
 namespace gonio {
 namespace {
@@ -28,6 +31,21 @@ struct JsonLines : spdlog::formatter {
     std::unique_ptr<spdlog::formatter> clone() const override { return std::make_unique<JsonLines>(); }
 };
 
+std::string one_line(std::string_view text) {
+    return printable_text({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+}
+
+struct TextLines : spdlog::formatter {
+    spdlog::pattern_formatter pattern;
+    void format(const spdlog::details::log_msg& entry, spdlog::memory_buf_t& line) override {
+        const std::string text = one_line({entry.payload.data(), entry.payload.size()});
+        spdlog::details::log_msg shown = entry;
+        shown.payload = text;
+        pattern.format(shown, line);
+    }
+    std::unique_ptr<spdlog::formatter> clone() const override { return std::make_unique<TextLines>(); }
+};
+
 }  // namespace
 
 std::string log_line_json(long long time_ms, const std::string& level, const std::string& message) {
@@ -43,7 +61,10 @@ std::string log_line_json(long long time_ms, const std::string& level, const std
 
 void start_log(const Options& options) {
     auto logger = spdlog::stderr_logger_mt("goniod");
-    if (options.log == "json") logger->set_formatter(std::make_unique<JsonLines>());
+    if (options.log == "json")
+        logger->set_formatter(std::make_unique<JsonLines>());
+    else
+        logger->set_formatter(std::make_unique<TextLines>());
     spdlog::set_default_logger(std::move(logger));
     set_log_level(options.log_level);
 }
@@ -54,7 +75,8 @@ void set_log_level(const std::string& level) {
 
 void log_end(const Options& options, const std::string& why) {
     const auto now_ms = since_1970_ms(std::chrono::system_clock::now());
-    const std::string line = options.log == "json" ? log_line_json(now_ms, "critical", why) : "goniod: " + why;
+    const std::string line =
+        options.log == "json" ? log_line_json(now_ms, "critical", why) : "goniod: " + one_line(why);
     std::fprintf(stderr, "%s\n", line.c_str());
 }
 

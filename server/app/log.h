@@ -1,4 +1,5 @@
-// The log: lines on standard error, as text or as JSON (--log, docs/operations.md).
+// The log: lines on standard error, as text or as JSON (--log, docs/operations.md). An entry is one line: names that it
+// quotes come from anybody, and of their control characters text has '?'.
 #pragma once
 
 #include <string>

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cstdio>
 #include <iostream>
+#include <utility>
 
 #include "client/connection/connection.h"
 #include "protocol/dmx/artnet.h"
@@ -259,6 +260,7 @@ std::optional<Options> parse_options(const std::vector<std::string>& arguments, 
         parse(app, arguments);
         settings = complete_settings(app, arguments, ::environ);
         print_lines(settings.warnings, "warning: ");
+        if (text.doctor) options.faults = std::exchange(settings.errors, {});  // it says them, and leaves them out
         print_lines(settings.errors, "");
         if (!settings.errors.empty()) {
             exit_code = kBadConfig;
@@ -274,9 +276,10 @@ std::optional<Options> parse_options(const std::vector<std::string>& arguments, 
     for (const OptionFault& fault : check_front_options(options)) errors.push_back(placed(fault, settings));
     for (const OptionFault& fault : check_follow(options)) errors.push_back(placed(fault, settings));
     for (const OptionFault& fault : check_samples(options)) errors.push_back(placed(fault, settings));
+    options.doctor = text.doctor;
+    if (options.doctor) options.faults.insert(options.faults.end(), errors.begin(), errors.end()), errors.clear();
     print_lines(errors, "");
     exit_code = errors.empty() ? 0 : kBadConfig;
-    options.doctor = text.doctor;
     if (text.dump_options) std::cout << dump_options(app, "goniod", GONIO_VERSION) << "\n";
     if (text.print_gltf) std::cout << gltf_features_text();
     if (text.print_config) std::cout << print_settings(app, settings);

@@ -58,6 +58,7 @@ struct Options {
     std::vector<std::string> library_folders;              // of photometric files
     std::string log_level = "info", log = "text";          // json: a line of JSON for each entry
     bool doctor = false;                                   // examine the machine and end (server/app/doctor.h)
+    std::vector<std::string> faults;                       // with doctor: what else ends with 78, sentences
     unsigned max_captures = 8;                             // that wait for each other
     std::size_t transport_bytes = std::size_t{256} << 20;  // SurfelSettings::bytes
     std::size_t layer_bytes = std::size_t{2} << 30;        // Renderer::set_layer_bytes

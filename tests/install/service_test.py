@@ -10,6 +10,7 @@ import shutil
 import socket
 import subprocess
 import sys
+import tempfile
 import unittest
 
 GONIOD, GONIO = sys.argv[1:3]
@@ -63,6 +64,26 @@ class Goniod(unittest.TestCase):
         self.assertEqual(said.returncode, 69)
         self.assertEqual(json.loads(said.stderr.splitlines()[-1])['level'], 'critical')
 
+    def test_a_name_with_a_new_line_does_not_break_its_line(self):
+        with tempfile.TemporaryDirectory() as folder:
+            scene = pathlib.Path(folder) / 'odd "\nname.glb'
+            scene.write_text('x')
+            command = [GONIOD, '--scene', scene, '--listen', '127.0.0.1:0', '--renderer', 'null', '--log']
+            said = {form: subprocess.run([*command, form], capture_output=True, text=True) for form in ('json', 'text')}
+        self.assertEqual([one.returncode for one in said.values()], [2, 2])
+        self.assertIn('odd "\nname', json.loads(said['json'].stderr)['message'])
+        self.assertRegex(said['text'].stderr, r'^goniod: cannot load the scene .*odd "\?name[^\n]*\n$')
+
+    def test_doctor_names_what_is_wrong_with_the_options(self):
+        with tempfile.TemporaryDirectory() as folder:
+            config = pathlib.Path(folder) / 'a.toml'
+            config.write_text('listen = "0.0.0.0:0"\n')
+            said = subprocess.run([GONIO, 'doctor', '--json', '--', '--config', config], capture_output=True, text=True)
+        self.assertEqual(said.returncode, 1, said.stderr)
+        rows = [json.loads(line) for line in said.stdout.splitlines()]
+        self.assertIn('needs --token-file', rows[0]['found'])
+        self.assertGreater(len(rows), 5, 'the machine is examined too')
+
     def test_doctor_tells_a_taken_port_and_its_mend(self):
         with socket.create_server(('127.0.0.1', 0)) as taken:
             at = f'127.0.0.1:{taken.getsockname()[1]}'
@@ -70,7 +91,7 @@ class Goniod(unittest.TestCase):
             said = subprocess.run([GONIO, 'doctor', '--json', '--', '--listen', at], capture_output=True, text=True)
         self.assertEqual(said.returncode, 1, said.stderr)
         rows = {row['check']: row for row in map(json.loads, said.stdout.splitlines())}
-        self.assertEqual(set(rows), {'egl', 'gpu', 'encoder', 'port', 'device', 'time', 'buffer', 'descriptors'})
+        self.assertEqual(set(rows), {'options', 'egl', 'gpu', 'encoder', 'port', 'device', 'time', 'buffer', 'descriptors'})
         self.assertEqual(rows['port']['state'], 'fault')
         self.assertTrue(rows['port']['mend'])
         for row in rows.values():

@@ -204,6 +204,21 @@ TEST_F(ConfigTest, FaultsOfMoreThanOneOptionNameTheirLinesToo) {
     EXPECT_NE(err.find("goniod: --dead-timeout"), std::string::npos) << "the command line needs no place: " << err;
 }
 
+// The doctor says what is wrong with them, and examines the machine with the others.
+TEST_F(ConfigTest, TheDoctorGoesOnWithoutWhatIsWrong) {
+    const std::string config =
+        file("listen = \"0.0.0.0:81\"\nupload-dir = \"/dev/null/up\"\nencoder = \"mjpeg\"\nno-option = 1\n");
+    const auto options = parse({"--doctor", "--config", config});
+    ASSERT_TRUE(options) << err;
+    EXPECT_EQ(options->port, 81);
+    EXPECT_EQ(options->encoder, "mjpeg");
+    ASSERT_EQ(options->faults.size(), 3u) << err;
+    EXPECT_NE(options->faults[2].find("needs --token-file"), std::string::npos);
+    EXPECT_EQ(err, "");
+    EXPECT_FALSE(parse({"--doctor", "--listen", "x"}));
+    EXPECT_EQ(exit_code, 2) << "an argument ends it as ever";
+}
+
 // Whoever opens or reads a pipe or a device may wait for ever.
 TEST_F(ConfigTest, OnlyRegularFilesAreRead) {
     EXPECT_FALSE(parse({"--config", "/dev/null"}));

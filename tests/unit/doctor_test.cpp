@@ -22,6 +22,7 @@ using State = Finding::State;
 struct DoctorTest : testing::Test {
     fs::path root = fs::temp_directory_path() / ("gonio-doctor-" + std::to_string(getpid()));
     std::string closed, group = "root";  // the file that may not be used, and its group
+    bool group_open = true;              // which may use it
     Options options;
     Machine machine;
     DoctorTest() {
@@ -31,6 +32,7 @@ struct DoctorTest : testing::Test {
         machine.group_of = [this](const std::string& path) {
             return !closed.empty() && path.ends_with(closed) ? group : "root";
         };
+        machine.group_may_use = [this](const std::string&) { return group_open; };
         machine.clock_state = [] { return TIME_OK; };
         machine.receive_bytes = [] { return 0LL; };
     }
@@ -56,6 +58,26 @@ TEST_F(DoctorTest, AGpuOfAnotherGroupIsToldWithTheGroup) {
     ASSERT_EQ(findings.size(), 1u);
     EXPECT_EQ(findings[0].state, State::warning);
     EXPECT_NE(findings[0].mend.find("usermod -aG render "), std::string::npos) << findings[0].mend;
+    const auto names_no_group = [&] {
+        return check_devices(options, machine)[0].mend.find("usermod") == std::string::npos;
+    };
+    group = "root";
+    EXPECT_TRUE(names_no_group()) << "root's group has more than a GPU";
+    group = "";
+    EXPECT_TRUE(names_no_group()) << "the group has no name";
+    group = "render", group_open = false;
+    EXPECT_TRUE(names_no_group()) << "0600: being in it helps nobody";
+}
+
+TEST_F(DoctorTest, WhatIsWrongWithOptionsIsAFindingEach) {
+    EXPECT_EQ(check_options(options)[0].state, State::ok);
+    options.faults = {"listening on 0.0.0.0 needs --token-file: only loopback addresses may go without",
+                      "a.toml line 3: x"};
+    const auto findings = check_options(options);
+    ASSERT_EQ(findings.size(), 2u);
+    for (const Finding& finding : findings) EXPECT_EQ(finding.state, State::fault);
+    EXPECT_NE(findings[0].mend.find("GONIOD_TOKEN_FILE=/etc/goniod/token"), std::string::npos);
+    EXPECT_NE(findings[1].found.find("a.toml line 3"), std::string::npos);
 }
 
 TEST_F(DoctorTest, FaderBoxesNeedTheRulesAndTheGroup) {
@@ -86,6 +108,8 @@ TEST_F(DoctorTest, ATakenPortIsAFaultAndAFreeOneNone) {
     EXPECT_EQ(check_ports(options)[0].state, State::ok);
     options.host = "192.0.2.1";  // RFC 5737: no machine has it
     EXPECT_EQ(check_ports(options)[0].state, State::fault);
+    options.inputs.sacn = UdpPeer{0xC0000201, 0};
+    EXPECT_NE(check_ports(options)[1].mend.find("an address of this machine"), std::string::npos);
 }
 
 TEST_F(DoctorTest, ClockAndBuffers) {
