@@ -28,8 +28,10 @@ the service's saved show, shows and uploads
 Each option has a variable: \\fBGONIOD_MAX_CLIENTS\\fR of \\fB\\-\\-max\\-clients\\fR. The command line wins over it, and it
 over the file of \\fB\\-\\-config\\fR.
 .SH EXIT STATUS
-0: ended as asked. 1: a job failed. 2: an argument is wrong. 69: no GL, no encoder, or the port is taken. 78: the file or a
-variable is wrong.
+0: ended as asked. 1: a job failed, or the doctor found a fault. 2: an argument is wrong, or a file that one names. 69: no
+GL, no encoder, or the port is taken. 75: a job of \\fB\\-\\-oneshot\\fR was stopped, or a file of its sequence could not be
+written: the same command goes on. 78: the file, a variable or the job is wrong, or options do not go together. 128 + 2 or 15:
+a second SIGINT or SIGTERM.
 """,
     'gonio': """.SH ENVIRONMENT
 .TP
@@ -76,7 +78,7 @@ def man_option(option):
     more = []
     if option['choices']:
         more.append('One of: ' + ', '.join(option['choices']) + '.')
-    if option['default'] not in ('', '[]'):
+    if option['default'] not in ('', '[]') and 'default:' not in option['help'].lower():
         more.append(f'Default: {option["default"]}.')
     text = '. '.join([option['help'].rstrip('.')] + [' '.join(more)]) if more else option['help']
     return f'.TP\n{names}{value}\n{troff(text or "prints it")}\n'
@@ -132,12 +134,12 @@ def quote(text):
 FIND_COMMAND = """    local command='' first='' skip='' word
     for word in "${%(before)s}"; do
         if [[ -n $skip ]]; then
-            [[ $word == = ]] || skip=''  # bash makes three words of --server=URL
+            skip=''
             continue
         fi
         case $word in
             %(values)s) skip=1 ;;
-            -*|=) ;;
+            -*) ;;
             *)
                 case "$first $word" in
                     %(whole)s) command="${first:+$first }$word"; break ;;
@@ -175,10 +177,26 @@ def value_cases(word, options, choose, otherwise):
     return text + f'                {"|".join(free) or "--"}) {otherwise}return ;;\n            esac ;;\n'
 
 
+# Bash makes several words of http://HOST:PORT and of --server=URL; here blanks alone part them.
+BASH_WORDS = """    local options='' words='' cur='' before=() line=${COMP_LINE:0:COMP_POINT}
+    COMPREPLY=()
+    read -ra before <<< "${line#*[[:blank:]]}"
+    if [[ $line == *[^[:blank:]] ]]; then
+        cur=${before[-1]}
+        unset 'before[-1]'
+    fi
+    local prev=''
+    (( ${#before[@]} )) && prev=${before[-1]}
+    if [[ $cur == --*=* ]]; then
+        prev=${cur%%=*} cur=${cur#*=}
+    fi
+"""
+
+
 def bash(told):
     name = told['program'].replace('-', '_')
     text = f'# bash completion of {told["program"]}, written by packaging/option_texts.py\n_{name}()\n{{\n'
-    text += '    local cur=$2 prev=$3 options=\'\' words=\'\'\n    COMPREPLY=()\n    local before=("${COMP_WORDS[@]:1:COMP_CWORD-1}")\n'
+    text += BASH_WORDS
     text += find_command(told, 'before[@]')
     text += '    case "$command" in\n'
     for command, options, words in tables(told):
@@ -202,6 +220,7 @@ def zsh(told):
     name = told['program']
     text = f'#compdef {name}\n# written by packaging/option_texts.py\n_{name}() {{\n'
     text += '    local -a before options commands choices\n    before=("${(@)words[2,CURRENT-1]}")\n    local previous=${words[CURRENT-1]}\n'
+    text += "    if [[ $PREFIX == --*=* ]]; then\n        previous=${PREFIX%%=*}\n        compset -P '*='\n    fi\n"
     text += find_command(told, '(@)before')
     text += '    case "$command" in\n'
     for command, options, first in tables(told):

@@ -19,14 +19,15 @@ import option_texts  # noqa: E402
 # Each is given a completion and lines of words, and prints a line for each.
 BASH = """source "$1"
 while read -ra words; do
-    COMP_WORDS=("${words[@]}"); COMP_CWORD=$((${#words[@]} - 1))
-    _${words[0]//-/_} "${words[0]}" "${words[-1]}" "${words[-2]}"
+    COMP_LINE="${words[*]}"; COMP_POINT=${#COMP_LINE}
+    _${words[0]//-/_}
     echo "${COMPREPLY[@]}"
 done
 """
 # The shell's own functions are what it would ask; here they print.
 ZSH = """_describe() { local row; for row in ${(P)2}; do print -rn -- "${row%%:*} "; done }
 _files() { :; }
+compset() { PREFIX=${PREFIX#*=}; }
 compadd() { print -n -- ${(P)2}; }
 while read -rA words; do
     CURRENT=$#words; PREFIX=${words[-1]}
@@ -40,7 +41,8 @@ while read line
     echo $offered
 end
 """
-CASES = (('gonio', 'se', 'set'), ('gonio', 'set', 'li', 'light'), ('gonio', '--server', 'URL', 'cue', 'as', 'assert'),
+CASES = (('gonio', 'se', 'set'), ('gonio', 'set', 'li', 'light'), ('gonio', '--server', 'http://127.0.0.1:8080', 'cue', 'as', 'assert'),
+         ('gonio', '--server=http://127.0.0.1:8080', 'set', 'lig', 'light'), ('goniod', '--backfaces=c', 'cull'),
          ('gonio', 'set', 'light', 'key', '--le', '--level'), ('gonio', 'grid', 'val', 'values'),
          ('gonio', 'capture', 'a.png', '--qua', '--quality'), ('gonio', 'undo', '--js', '--json'),
          ('goniod', '--backf', '--backfaces'), ('goniod', '--backfaces', 'c', 'cull'), ('gonio-bench', 'par', 'pareto'),
@@ -107,7 +109,8 @@ class Texts(unittest.TestCase):
                                   input=''.join(' '.join(words) + '\n' for *words, _ in cases), env={'HOME': '/nowhere', 'PATH': '/usr/bin:/bin'})
             self.assertEqual(said.stderr, '')
             for (*words, wanted), line in zip(cases, said.stdout.splitlines(), strict=True):
-                self.assertIn(wanted, line.split(), words)
+                offered = [word.removeprefix(words[-1].split('=')[0] + '=') for word in line.split()]  # fish: the whole word
+                self.assertIn(wanted, offered, words)
 
     def test_bash_offers(self):
         self.offered('bash', ('bash', '-c', BASH, 'bash'), 'bash-completion/completions/{}')
