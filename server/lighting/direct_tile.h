@@ -40,8 +40,8 @@ inline constexpr float kNoLight = 1e-20f;
 // Fills in a tile's surfaces. weights: of the picture. Result: whether there are any. Any thread; so all below.
 bool fill_tile(Tile& tile, const GBuffer& gbuffer, const std::uint32_t* weights);
 // Adds one luminaire's light to a tile's pixels where the grid's points agree. The web is read at pixels that ask, and
-// where it changes by a tenth between the points; else a pixel takes theirs, within 0.2 %. edges: all pixels of a
-// square of 4 × 4 ask if a surface in it is turned away, whose shadow may be narrow. planes: 1 or 3. Result: how many
+// where it changes by a tenth between the points; else a pixel takes theirs, within 0.2 %. With edges all pixels of
+// a square of 4 × 4 ask if a surface in it is turned away, whose shadow may be narrow. planes: 1 or 3. Result: how many
 // pixels are left, in tile.asking, square by square.
 std::size_t light_tile(Tile& tile, const DirectLight& light, const LatticePoints& lattice, bool edges,
                        std::size_t planes);

@@ -23,8 +23,9 @@ PROMETHEUS = sys.argv[3] if len(sys.argv) > 3 else None
 ROOT = pathlib.Path(__file__).parents[2]
 PANELS = json.loads((ROOT / 'packaging/grafana-dashboard.json').read_text())['panels']
 QUERIES = [target['expr'].replace('$instance', '.*') for panel in PANELS for target in panel['targets']]
-# It has no row until somebody is refused, which no call of this test brings about.
-RARE = {'gonio_ws_rejected_total'}
+LEGENDS = [target['legendFormat'] for panel in PANELS for target in panel['targets']]
+# No row until somebody is refused, which no call of this test brings about; of followers alone.
+RARE = {'gonio_ws_rejected_total', 'gonio_leader_connected', 'gonio_leader_losses_total'}
 OF_PROMETHEUS = {'up'}
 
 
@@ -58,10 +59,15 @@ class Dashboard(unittest.TestCase):
 
     def test_its_labels_are_those_of_the_metric(self):
         for query in QUERIES:
-            by = re.search(r'by \((\w+)\)', query)
+            by = re.search(r'by \(instance(?:, (\w+))?\)', query)
             (name,) = names_in(query) if by else (None,)
-            if by and name not in RARE and by[1] != 'le':
+            if by and by[1] not in (None, 'le') and name not in RARE:
                 self.assertTrue(re.search(rf'(?m)^{name}\{{[^}}]*\b{by[1]}="', self.metrics), query)
+
+    def test_each_machine_has_its_own_lines(self):
+        for query, legend in zip(QUERIES, LEGENDS, strict=True):
+            self.assertNotRegex(query, r'by \((?!instance)', 'an aggregate keeps the machine')
+            self.assertTrue(legend.startswith('{{instance}} '), legend)
 
     def test_prometheus_answers_each(self):
         if not PROMETHEUS:

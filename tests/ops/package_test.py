@@ -23,7 +23,8 @@ CHROOT = shutil.which('chroot', path='/usr/sbin:/usr/bin')
 COMPLETIONS = ('bash-completion/completions/{}', 'zsh/vendor-completions/_{}', 'fish/vendor_completions.d/{}.fish')
 FILES = {'etc/goniod/goniod.toml', 'usr/lib/systemd/system/goniod.service', 'usr/lib/sysusers.d/gonio.conf',
          'usr/lib/udev/rules.d/70-gonio.rules', 'usr/share/doc/gonio/copyright', 'usr/share/doc/gonio/changelog.gz',
-         'usr/share/doc/gonio/operations.md', 'usr/share/man/man8/goniod.8.gz', 'usr/share/man/man1/gonio.1.gz',
+         'usr/share/doc/gonio/operations.md', 'usr/share/doc/gonio/grafana-dashboard.json',
+         'usr/share/doc/gonio/slurm-array.sh', 'usr/share/doc/gonio/kubernetes-job.yaml', 'usr/share/man/man8/goniod.8.gz', 'usr/share/man/man1/gonio.1.gz',
          'usr/share/man/man1/gonio-bench.1.gz'}
 FILES |= {f'usr/bin/{name}' for name in ('goniod', 'gonio', 'gonio-bench')}
 FILES |= {'usr/share/' + form.format(name) for form in COMPLETIONS for name in ('goniod', 'gonio', 'gonio-bench')}
