@@ -23,7 +23,8 @@ function partsOf(name) {
     return properties.filter((other) => other.field === row.field && other.component >= 0).map((other) => other.name);
 }
 
-const kMerged = ["level", "master"];    // of several rows the highest counts
+const kHighest = ["level", "master"];   // of several rows the highest counts, unless they say otherwise
+const kMergeWords = {highest: "the highest counts of this and", sum: "it is added to", product: "it is a factor beside"};
 const isWrong = (note) => !note.startsWith("the highest");
 
 // rows: of the patch. faders: [{target, property, text}]. Result: {rows, faders}: for each what there is to note, as sentences.
@@ -33,7 +34,8 @@ export function faults(rows, faders, {lights, groups}) {
     const found = all.map(() => []), slots = new Map(), parts = new Map();
     const note = (map, key, i) => map.set(key, [...map.get(key) ?? [], i]);
     all.forEach((row, i) => {
-        for (let slot = 0; i < rows.length && slot < footprint(row); ++slot) note(slots, `${row.protocol} ${row.universe} ${row.address + slot}`, i);
+        const alone = row.merge !== "sum" && row.merge !== "product";   // an emitter's slot drives red, green and blue
+        for (let slot = 0; i < rows.length && alone && slot < footprint(row); ++slot) note(slots, `${row.protocol} ${row.universe} ${row.address + slot}`, i);
         if (row.target && !/^#\d+$/.test(row.target) && !names.has(row.target) && !members.has(row.target)) found[i].push(`no light or group ${row.target}`);
         for (const light of members.get(row.target) ?? [row.target ?? ""])
             for (const part of partsOf(row.property)) note(parts, JSON.stringify([light, part]), i);
@@ -46,8 +48,8 @@ export function faults(rows, faders, {lights, groups}) {
         }
         for (const [i, others] of pairs) {
             const list = [...others].filter((other) => other !== i).slice(0, 4).map((other) => all[other].text).join(", ");
-            const merged = map === parts && kMerged.includes(all[i].property) && all[i].merge !== "latest" && i < rows.length;
-            found[i].push(merged ? `the highest counts of this and ${list}` : `${words} ${list}`);
+            const merge = map === parts && i < rows.length ? kMergeWords[all[i].merge || (kHighest.includes(all[i].property) && "highest")] : undefined;
+            found[i].push(`${merge ?? words} ${list}`);
         }
     };
     tell(slots, "same slots as");

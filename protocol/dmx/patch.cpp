@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <tuple>
 
 #include "ies/core/text.h"
 #include "ies/synthetic.h"
@@ -85,9 +86,15 @@ Result<bool> check_row(const v1::PatchRow& row, std::size_t index) {
                               "must be a number from " + print_number(property->least) + " to " +
                                   print_number(property->most) + " (radians, metres)");
     }
-    if (!row.merge().empty() && row.merge() != "latest" && !(row.merge() == "highest" && property->htp))
+    const bool one_number = property->values == 1 && !property->by_list;
+    const bool merges = row.merge().empty() || row.merge() == "latest" || (row.merge() == "highest" && property->htp) ||
+                        ((row.merge() == "sum" || row.merge() == "product") && one_number);
+    if (!merges)
         return refusal_of(index, "merge", shown_text(row.merge()),
-                          property->htp ? "must be highest or latest" : "only level and master merge by the highest");
+                          property->htp              ? "must be highest, latest, sum or product"
+                          : !one_number              ? "must be latest"
+                          : row.merge() == "highest" ? "only level and master merge by the highest"
+                                                     : "must be latest, sum or product");
     if (const std::string why = wrong_list(*property, row.profiles(), ies::synthetic_luminaires()); !why.empty())
         return refusal_of(index, "profiles", std::to_string(row.profiles_size()), why);
     return check_ranges(row, *property, index);
@@ -157,21 +164,30 @@ std::vector<DmxKey> universes_of(const v1::Patch& patch) {
 PatchReader::PatchReader(const v1::Patch& patch) {
     for (const v1::PatchRow& row : patch.rows())
         rows_[key_of(row)].push_back({row, find_property(row.property()), bytes_of(row), {}, 0, {}});
-    std::map<std::pair<std::string, Property>, std::pair<std::vector<Row*>, std::set<DmxKey>>> same;
+    std::map<std::tuple<std::string, Property, Merge>, std::pair<std::vector<Row*>, std::set<DmxKey>>> same;
     for (auto& [key, rows] : rows_) {
         for (Row& row : rows) {
-            if (!row.property->htp || row.row.merge() == "latest") continue;
-            auto& [together, universes] = same[{row.row.target(), row.property->property}];
+            if (merge_of(row) == Merge::latest) continue;
+            auto& [together, universes] = same[{row.row.target(), row.property->property, merge_of(row)}];
             together.push_back(&row);
             universes.insert(key);
         }
     }
     for (const auto& [target, found] : same) {
         const auto& [together, universes] = found;
-        if (universes.size() < 2) continue;  // rows of one universe speak one after the other
+        const Merge merge = std::get<Merge>(target);
+        // Levels of one universe speak one after the other.
+        if (merge == Merge::highest ? universes.size() < 2 : together.size() < 2) continue;
         for (Row* row : together) row->joint = joints_.size();
-        joints_.push_back({{together.begin(), together.end()}, {}, false});
+        joints_.push_back({{together.begin(), together.end()}, merge, {}, false});
     }
+}
+
+PatchReader::Merge PatchReader::merge_of(const Row& row) {
+    const std::string& merge = row.row.merge();
+    if (merge == "sum") return Merge::sum;
+    if (merge == "product") return Merge::product;
+    return row.property->htp && merge != "latest" ? Merge::highest : Merge::latest;
 }
 
 void PatchReader::forget(std::string_view target) {
@@ -204,18 +220,27 @@ std::optional<double> PatchReader::value_of(const Row& row, std::uint32_t raw) {
     return low + (high - low) * (raw / (row.bytes == 2 ? 65535.0 : 255.0));
 }
 
-// Of several rows for a level or the master the highest is said, where it differs from before.
-void PatchReader::say_highest(Joint& joint, std::vector<PropertyValue>& values) {
-    std::optional<double> highest;
-    for (const Row* row : joint.rows)
-        if (row->stands && (!highest || *row->stands > *highest)) highest = row->stands;
+// Of several rows for one property one value is said, where it differs from before.
+void PatchReader::say_joint(Joint& joint, std::vector<PropertyValue>& values) {
+    const PropertyRow& property = *joint.rows.front()->property;
+    std::optional<double> all;
+    for (const Row* row : joint.rows) {
+        if (!row->stands) continue;
+        const double own = *row->stands;
+        all = !all                            ? own
+              : joint.merge == Merge::sum     ? *all + own
+              : joint.merge == Merge::product ? *all * own
+                                              : std::max(*all, own);
+    }
     joint.read = false;
-    if (!highest || highest == joint.said) return;  // where all senders are gone the last look stays
-    joint.said = highest;
+    if (!all) return;  // where all senders are gone the last look stays
+    all = std::clamp(*all, property.least, property.most);
+    if (all == joint.said) return;
+    joint.said = all;
     PropertyValue& value = values.emplace_back();
     value.target = joint.rows.front()->row.target();
-    value.property = joint.rows.front()->property->property;
-    value.value[0] = *highest;
+    value.property = property.property;
+    value.value[0] = *all;
 }
 
 // Result: the row's raw values by the winning sender; nothing where no sender controls all of its slots.
@@ -299,7 +324,7 @@ void PatchReader::read(const DmxKey& key, const DmxUniverse& universe, std::vect
         for (unsigned i = 0; i < property.values; ++i) value.value[i] = *value_of(row, (*raw)[i]);
     }
     for (const Row& row : found->second)
-        if (row.joint != SIZE_MAX && joints_[row.joint].read) say_highest(joints_[row.joint], values);
+        if (row.joint != SIZE_MAX && joints_[row.joint].read) say_joint(joints_[row.joint], values);
 }
 
 }  // namespace gonio

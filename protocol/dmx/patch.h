@@ -49,7 +49,8 @@ public:
     // highest priority of the row's first slot wins. Among equals a level or master takes the highest value (of all its
     // 16 bits), everything else the sender that changed its row last. Rows that no sender controls keep their value. Of
     // rows of several universes for one level or master the highest value counts of those that a sender controls,
-    // unless they are merged as "latest". Of all others the one that changed last counts.
+    // unless they are merged as "latest". Rows merged as "sum" or "product" for one property are one value, of those
+    // that a sender controls. Of all others the one that changed last counts.
     std::vector<PropertyValue> read(const DmxKey& key, const DmxUniverse& universe);
     void read(const DmxKey& key, const DmxUniverse& universe, std::vector<PropertyValue>& values);  // behind others
     // The rows for the target, or of the property, speak again when their universes are next read. What they said was
@@ -71,21 +72,24 @@ private:
         std::uint32_t holder = 0;  // the sender that it listens to
         // Of each sender that has a say, at most kMaxUniverseSources; kept where the one that moved last wins.
         std::vector<std::pair<std::uint32_t, Raw>> last;
-        std::size_t joint = SIZE_MAX;    // index into joints_: with others it is merged by the highest
+        std::size_t joint = SIZE_MAX;    // index into joints_: with others it is one value
         std::optional<double> stands{};  // then: what it says; nothing while no sender controls it
     };
+    enum class Merge : std::uint8_t { latest, highest, sum, product };  // PatchRow::merge
+    static Merge merge_of(const Row& row);
     struct Joint {
         std::vector<const Row*> rows;  // in rows_, which does not change any more
-        std::optional<double> said;    // the highest, as it was said last
-        bool read = false;             // a row of it has been, just now
+        Merge merge = Merge::highest;
+        std::optional<double> said;  // the value, as it was said last
+        bool read = false;           // a row of it has been, just now
     };
     void unsay(Row& row);
-    static void say_highest(Joint& joint, std::vector<PropertyValue>& values);
+    static void say_joint(Joint& joint, std::vector<PropertyValue>& values);
     static std::optional<double> value_of(const Row& row, std::uint32_t raw);
     std::optional<Raw> decide(Row& row, const DmxUniverse& universe);
     const Candidate* moved_last(Row& row) const;
     std::map<DmxKey, std::vector<Row>> rows_;
-    std::vector<Joint> joints_;          // by target and property that several universes drive
+    std::vector<Joint> joints_;          // by target, property and merge
     std::vector<Candidate> candidates_;  // of the row being read
 };
 

@@ -64,8 +64,9 @@ void read_fixture(const toml::table& table, v1::SetPatch& patch) {
     const std::string name = target != nullptr ? word(*target, "target") : "";
     const toml::node* merge = table.get("merge");
     const std::string merged = merge != nullptr ? word(*merge, "merge") : "";
-    if (!merged.empty() && merged != "highest" && merged != "latest")
-        refuse(merge->source(), merged, "merge is \"highest\" or \"latest\"");
+    const bool of_numbers = merged == "sum" || merged == "product";
+    if (!merged.empty() && merged != "highest" && merged != "latest" && !of_numbers)
+        refuse(merge->source(), merged, "merge is \"highest\", \"latest\", \"sum\" or \"product\"");
     for (const toml::node& node : *channels->as_array()) {
         std::string channel = word(node, "a channel");
         if (channel == "-") {  // a slot that nothing here listens to
@@ -88,7 +89,7 @@ void read_fixture(const toml::table& table, v1::SetPatch& patch) {
         added.set_bits(bits);
         added.set_property(channel);
         if (!property->of_scene) added.set_target(name);
-        if (merged == "latest" || property->htp) added.set_merge(merged);
+        if (merged == "latest" || of_numbers || property->htp) added.set_merge(merged);
         if (const toml::node* given = ranges != nullptr ? ranges->get(channel) : nullptr) {
             const Range written = range(*given);
             added.set_low(written.low * property->unit);

@@ -143,6 +143,35 @@ TEST(Patch, LevelsTakeTheHighestOfAllProtocols) {
         "[[patch]]\nsacn = 1\naddress = 1\ntarget = \"l\"\nmerge = \"most\"\nchannels = [\"level\"]\n"));
 }
 
+// Emitters of a lamp add up, dimmers one below the other are factors; also of one universe.
+TEST(Patch, RowsMayBeTermsOrFactors) {
+    const auto merged = [](unsigned address, const char* property, const char* merge, double high) {
+        v1::PatchRow one = row(address, property);
+        one.set_merge(merge);
+        one.set_high(high);
+        return one;
+    };
+    PatchReader sum(patch_of({merged(1, "red", "sum", 0.5), merged(2, "red", "sum", 0.25), row(3, "green")}));
+    auto said = sum.read(kUniverse, {{sender(1, {255, 255, 0})}});
+    ASSERT_EQ(said.size(), 2u);
+    EXPECT_DOUBLE_EQ(said[1].value[0], 0.75);
+    EXPECT_DOUBLE_EQ(only(sum.read(kUniverse, {{sender(1, {0, 255, 0})}})), 0.25);
+    EXPECT_TRUE(sum.read(kUniverse, {{sender(1, {0, 255, 0})}}).empty());
+    PatchReader product(patch_of({merged(1, "level", "product", 1), merged(2, "level", "product", 1)}));
+    EXPECT_DOUBLE_EQ(only(product.read(kUniverse, {{sender(1, {51, 204})}})), 0.16);
+    EXPECT_DOUBLE_EQ(only(product.read(kUniverse, {{sender(1, {0, 204})}})), 0.0);
+    PatchReader most(patch_of({merged(1, "level", "sum", 1), merged(2, "level", "sum", 1)}));
+    EXPECT_DOUBLE_EQ(only(most.read(kUniverse, {{sender(1, {255, 255})}})), 1.0) << "what the property takes";
+    v1::SetPatch bad;
+    *bad.add_rows() = row(1, "color");
+    bad.mutable_rows(0)->set_merge("sum");
+    EXPECT_EQ(check_patch(bad).error().where, "set_patch.rows[0].merge");
+    const auto file =
+        read_patch_toml("[[patch]]\nsacn = 1\naddress = 1\ntarget = \"lamp\"\nmerge = \"sum\"\nchannels = [\"red\"]\n");
+    ASSERT_TRUE(file) << file.error().text();
+    EXPECT_EQ(file->rows(0).merge(), "sum");
+}
+
 TEST(Patch, OtherPropertiesFollowWhoChangedLast) {
     PatchReader reader(patch_of({row(1, "red", 16)}));
     const auto read = [&](std::initializer_list<std::uint8_t> a, std::int64_t a_ns,
