@@ -44,6 +44,7 @@ struct BeamState {
     glm::dmat4 fixture_from_beam{1.0};  // with pan and tilt; the beam goes along -Z
     double dimmer_ratio = 1.0;          // the product of all from the root to the beam
     glm::dvec3 color{1.0};              // linear Rec.709; its luminance is the share of the flux that passes
+    double white_k = 0.0;               // the colour temperature whose white is a factor of it; 0: none is
     std::optional<double> zoom_rad;     // the full angle; none: the beam's own
     bool shutter_open = true;
     double strobe_hz = 0.0;  // 0: it does not flash

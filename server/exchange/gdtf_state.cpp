@@ -115,20 +115,17 @@ void take(const FixtureType& type, const ChannelFunction& function, const Channe
     }
 }
 
-glm::dvec3 color_of_beam(const Beam& beam, const Effects& all) {
+// white_k: of BeamState.
+glm::dvec3 color_of_beam(const Effects& all, double lamp_k, double& white_k) {
     glm::dvec3 color(0.0);
     double sum = 0.0;
     for (const auto& [emitter, level] : all.emitters) {
         color += level * emitter.luminance_percent * rgb_of_xy({emitter.x, emitter.y});
         sum += emitter.luminance_percent;
     }
-    if (sum > 0.0) {
-        color /= sum;
-        if (all.cct_k) color *= white_factors(*all.cct_k, 0.0);
-    } else {
-        const double cct = std::clamp(beam.color_temperature_k.value, kLeastCct_k, kMostCct_k);
-        color = white_factors(all.cct_k.value_or(cct), 0.0);
-    }
+    white_k = all.cct_k.value_or(sum > 0.0 ? 0.0 : std::clamp(lamp_k, kLeastCct_k, kMostCct_k));
+    color = sum > 0.0 ? color / sum : glm::dvec3(1.0);
+    if (white_k > 0.0) color *= white_factors(white_k, 0.0);
     return color * all.filter;
 }
 
@@ -140,13 +137,16 @@ std::vector<BeamState> beam_states(const FixtureType& type, const Mode& mode, co
     for (const ChannelValue& value : values) {
         if (value.function < 0) continue;
         const PatchedChannel& patched = mode.patched[static_cast<std::size_t>(value.patched)];
-        const ChannelFunction& function = mode.channels[static_cast<std::size_t>(patched.channel)]
-                                              .functions[static_cast<std::size_t>(value.function)];
-        Effects& effects = own[patched.geometry];
-        take(type, function, value, effects);
-        if (function.attribute == "Pan" && options.pan_rad) effects.pan_rad = options.pan_rad;
-        if (function.attribute == "Tilt" && options.tilt_rad) effects.tilt_rad = options.tilt_rad;
+        take(type,
+             mode.channels[static_cast<std::size_t>(patched.channel)]
+                 .functions[static_cast<std::size_t>(value.function)],
+             value, own[patched.geometry]);
     }
+    for (const PatchedChannel& patched : mode.patched)  // also where another function of the channel is active
+        for (const ChannelFunction& function : mode.channels[static_cast<std::size_t>(patched.channel)].functions) {
+            if (function.attribute == "Pan" && options.pan_rad) own[patched.geometry].pan_rad = options.pan_rad;
+            if (function.attribute == "Tilt" && options.tilt_rad) own[patched.geometry].tilt_rad = options.tilt_rad;
+        }
     std::vector<glm::dmat4> fixture_from(mode.geometries.size());
     std::vector<BeamState> states;
     for (std::size_t g = 0; g < mode.geometries.size(); ++g) {
@@ -184,7 +184,7 @@ std::vector<BeamState> beam_states(const FixtureType& type, const Mode& mode, co
         state.strobe_hz = all.strobe_hz;
         state.zoom_rad = all.zoom_rad;
         state.gobos = std::move(all.gobos);
-        state.color = color_of_beam(*geometry.beam, all);
+        state.color = color_of_beam(all, geometry.beam->color_temperature_k.value, state.white_k);
         states.push_back(std::move(state));
     }
     return states;

@@ -130,15 +130,10 @@ bool is_line(const FixtureBeam& beam, const Driving& by) {
 
 }  // namespace
 
-void add_ranges(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by, const char* property,
-                const ReadState& read) {
+void add_ranges(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by, const Wanted& wanted,
+                const char* property, const ReadState& read, const char* merge) {
     const auto& ranges = ranges_of(index, beam, by, property, read);
-    if (!ranges.empty()) add_row(import, beam, by, property, 0.0, 0.0, ranges);
-}
-
-bool drives_beam(std::string_view attribute) {
-    return attribute == "Zoom" || is_shutter(attribute) || number_in(attribute, "Gobo", "") > 0 ||
-           number_in(attribute, "Gobo", "Pos") > 0;
+    if (!ranges.empty()) add_row(import, beam, by, wanted, {property, 0.0, 0.0, ranges, merge});
 }
 
 void read_gobos(ShowImport& import, const ZipArchive& archive, const gdtf::FixtureType& type) {
@@ -211,7 +206,7 @@ std::shared_ptr<const Profile> with_gobos(ShowImport& import, const std::shared_
 
 void add_beam_rows(ShowImport& import, ModeIndex& index, const FixtureBeam& beam) {
     if (const Driving shutter = driving(index, beam, is_shutter); shutter.patched != nullptr) {
-        add_ranges(import, index, beam, shutter, "shutter",
+        add_ranges(import, index, beam, shutter, is_shutter, "shutter",
                    [](const gdtf::BeamState& state, const auto&, double) { return state.shutter_open ? 1.0 : 0.0; });
         const auto& functions = beam.mode.channels[static_cast<std::size_t>(shutter.patched->channel)].functions;
         const auto strobes = [](std::string_view attribute) {
@@ -221,7 +216,7 @@ void add_beam_rows(ShowImport& import, ModeIndex& index, const FixtureBeam& beam
             functions, [&](const gdtf::ChannelFunction& function) { return strobes(function.attribute); });
         const Driving strobe = same ? shutter : driving(index, beam, strobes);
         if (strobe.patched != nullptr)
-            add_ranges(import, index, beam, strobe, "strobe",
+            add_ranges(import, index, beam, strobe, strobes, "strobe",
                        [](const gdtf::BeamState& state, const auto&, double) { return state.strobe_hz; });
     }
     const auto zooms = [](std::string_view attribute) { return attribute == "Zoom"; };
@@ -230,19 +225,20 @@ void add_beam_rows(ShowImport& import, ModeIndex& index, const FixtureBeam& beam
         const double from = zoom.function->physical_from * kDegree, to = zoom.function->physical_to * kDegree;
         const bool filled_in = zoom.function->physical_from != 0.0 || zoom.function->physical_to != 1.0;
         const auto within = [&](double value) { return value >= row.least && value <= row.most; };
-        if (!filled_in)
+        if (!filled_in) {
             import.report.add(Outcome::left_out, "the zoom of a fixture type was never filled in", beam.type.name);
-        else if (is_line(beam, zoom) && within(from) && within(to))
-            add_row(import, beam, zoom, "zoom", from, to);
+            index.driven.emplace(zoom.patched->channel, "Zoom");  // it has its line
+        } else if (is_line(beam, zoom) && within(from) && within(to))
+            add_row(import, beam, zoom, zooms, {"zoom", from, to});
         else
-            add_ranges(import, index, beam, zoom, "zoom",
+            add_ranges(import, index, beam, zoom, zooms, "zoom",
                        [](const gdtf::BeamState& state, const auto&, double) { return state.zoom_rad; });
     }
     const GoboChannel gobo = gobo_channel(import, index, beam);
     if (gobo.wheel < 0) return;
-    const Driving wheel = driving(
-        index, beam, [&](std::string_view attribute) { return number_in(attribute, "Gobo", "") == gobo.number; });
-    add_ranges(import, index, beam, wheel, "gobo",
+    const auto chooses = [&](std::string_view attribute) { return number_in(attribute, "Gobo", "") == gobo.number; };
+    const Driving wheel = driving(index, beam, chooses);
+    add_ranges(import, index, beam, wheel, chooses, "gobo",
                [&](const gdtf::BeamState& state, const auto&, double) -> std::optional<double> {
                    for (const gdtf::GoboState& one : state.gobos)
                        if (one.number == gobo.number && one.wheel == gobo.wheel)
@@ -255,9 +251,9 @@ void add_beam_rows(ShowImport& import, ModeIndex& index, const FixtureBeam& beam
     const double from = turn.function->physical_from * kDegree, to = turn.function->physical_to * kDegree;
     const double most = find_property("gobo-turn")->most;
     if (is_line(beam, turn) && std::abs(from) <= most && std::abs(to) <= most)
-        add_row(import, beam, turn, "gobo-turn", from, to);
+        add_row(import, beam, turn, turns, {"gobo-turn", from, to});
     else
-        add_ranges(import, index, beam, turn, "gobo-turn",
+        add_ranges(import, index, beam, turn, turns, "gobo-turn",
                    [&](const auto&, const gdtf::ChannelFunction& function, double physical) -> std::optional<double> {
                        if (!turns(function.attribute)) return std::nullopt;
                        return physical * kDegree;

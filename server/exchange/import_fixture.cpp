@@ -275,12 +275,16 @@ std::optional<Error> add_beams(ShowImport& import, const Placed& placed, const g
         }
         const double most = std::max({state.color.r, state.color.g, state.color.b});
         light.color = most > 1e-3 ? state.color : glm::dvec3(1.0);
-        take_state(light, placed.fixture);
         const FixtureBeam beam{placed.fixture, type, mode, state.geometry, placed.world_from_fixture, light.name};
         light.profile =
             with_gobos(import, light.profile, type, gobo_channel(import, index_of(import, mode), beam).wheel);
         glm::dmat4 world_from_beam = placed.world_from_fixture * state.fixture_from_beam;
-        const auto axes = add_patch_rows(import, beam);
+        const auto [axes, drives_cct] = add_patch_rows(import, beam);
+        if (drives_cct && state.white_k > 0.0) {
+            light.cct_k = state.white_k;
+            if (most > 1e-3) light.color = state.color / white_factors(state.white_k, 0.0);
+        }
+        take_state(light, placed.fixture);
         const bool swings = axes && geometry.parent >= 0;
         if (swings && states.size() > 1)
             import.report.add(Outcome::guessed, "several beams of a head that swings stay where they are at home",
@@ -329,6 +333,7 @@ std::optional<Error> import_fixtures(ShowImport& import) {
                               placed.name);
         }
     }
+    note_undriven(import);
     if (std::ranges::any_of(import.show.fixtures, [](const mvr::Fixture& fixture) { return !fixture.state; }) &&
         !import.scene.lights.empty())
         import.report.add(Outcome::defaulted, "lights are at full level until a console says otherwise");

@@ -49,7 +49,8 @@ struct ModeIndex {
     std::multimap<int, const gdtf::ChannelFunction*> emitters_of;  // ColorAdd, likewise
     // Directions of beams by geometry, at the pans and tilts of head_axes(), for each inversion that was asked for.
     std::map<std::pair<bool, bool>, std::vector<std::map<int, glm::dvec3>>> directions;
-    bool told_undriven = false;
+    const gdtf::FixtureType* patched_type = nullptr;  // of a fixture of this mode that is patched; null: none is
+    std::set<std::pair<int, std::string>> driven;     // channels and attributes that have rows
     std::vector<std::vector<Turn>> turns;  // by geometry: those that turn it, from the root on, itself among them
     // What values of a channel's most significant slot stand for, by the patched channel, the beam and the property.
     std::map<std::tuple<const gdtf::PatchedChannel*, int, std::string>, std::vector<v1::PatchRange>> ranges;
@@ -88,15 +89,16 @@ inline std::string named(const std::string& entry, const Error& error) {
     return shortened_text(entry + " (" + error.text() + ")", 300);
 }
 
-// bytes: a .glb or a .3ds. scene: that gets its meshes, materials and images. Result: those, in metres, Y up. Errors:
-// of read_glb and read_3ds.
+// bytes: a .glb or a .3ds. scene: that gets its meshes, materials and images. Result: those, in metres, Y up. The
+// report names faces that were left out, and a model without any. Errors: of read_glb and read_3ds.
 Result<Model> take_model(ShowImport& import, SceneAsset& scene, const std::string& bytes, const std::string& entry);
 // Result: the corners of a mesh's box, with its origin in it.
 std::array<glm::dvec3, 2> box_of(const Mesh& mesh);
 // Whether such a box, brought by the matrix, is finite and within 1,000 km, and the matrix spans a space.
 bool is_placed(const glm::dmat4& matrix, const std::array<glm::dvec3, 2>& box);
 
-// Adds the instances of the show's models. Errors: "too_large"; models that cannot be read are left out by name.
+// Adds the instances of the show's models. Errors: "too_large", of all of them together. A model that cannot be read,
+// by itself or in the memory that is left, is left out by name.
 std::optional<Error> import_models(ShowImport& import);
 // Adds a light for each beam of each fixture, and the rows of its patch.
 std::optional<Error> import_fixtures(ShowImport& import);
@@ -115,9 +117,15 @@ struct HeadAxes {
     double pan_offset_rad = 0.0, pan_sign = 1.0, tilt_offset_rad = 0.0, tilt_sign = 1.0;
     glm::dquat world_from_mount{1.0, 0.0, 0.0, 0.0};  // Light::world_from_mount
 };
-// Adds the rows that drive the light: level, red, green and blue, shutter, strobe, zoom, gobo, pan and tilt. Result:
-// the axes where pan or tilt is driven.
-std::optional<HeadAxes> add_patch_rows(ShowImport& import, const FixtureBeam& beam);
+// Adds the rows that drive the light: level, red, green and blue, cct, shutter, strobe, zoom, gobo, pan and tilt.
+// Result: the axes where pan or tilt is driven, and whether cct is.
+struct DrivenBeam {
+    std::optional<HeadAxes> axes;
+    bool cct = false;
+};
+DrivenBeam add_patch_rows(ShowImport& import, const FixtureBeam& beam);
+// Once all fixtures have their rows: what of their modes has none, by name.
+void note_undriven(ShowImport& import);
 
 // A channel that drives something of a beam: that of the nearest geometry, from the beam upwards.
 struct Driving {
@@ -125,23 +133,29 @@ struct Driving {
     const gdtf::ChannelFunction* function = nullptr;
     int bytes = 1;  // of the channel
 };
-// Result: the first channel with a function whose attribute is wanted.
-Driving driving(const ModeIndex& index, const FixtureBeam& beam, const std::function<bool(std::string_view)>& wanted);
-// Adds a row of the patch for the property. Slot value 0 stands for low, the highest for high. ranges: instead of them,
-// of the channel's most significant slot alone.
-void add_row(ShowImport& import, const FixtureBeam& beam, const Driving& by, const char* property, double low,
-             double high, const std::vector<v1::PatchRange>& ranges = {});
+using Wanted = std::function<bool(std::string_view attribute)>;
+// Result: the channels with a function whose attribute is wanted, from the beam upwards, and the first of them.
+std::vector<Driving> all_driving(const ModeIndex& index, const FixtureBeam& beam, const Wanted& wanted);
+Driving driving(const ModeIndex& index, const FixtureBeam& beam, const Wanted& wanted);
+// What a row makes of its slots.
+struct Drive {
+    const char* property;
+    double low = 0.0, high = 0.0;          // of slot value 0 and the highest
+    std::vector<v1::PatchRange> ranges{};  // instead of them, of the channel's most significant slot alone
+    const char* merge = "";                // PatchRow::merge
+    bool wide_ranges = false;              // they are of 16 bits
+};
+// Adds a row of the patch. The attributes of its channel that are wanted are driven by it.
+void add_row(ShowImport& import, const FixtureBeam& beam, const Driving& by, const Wanted& wanted, const Drive& drive);
 // What the beam's state, the channel's active function and its physical value say of a property; nothing where they
 // leave it alone.
 using ReadState = std::function<std::optional<double>(const gdtf::BeamState&, const gdtf::ChannelFunction&, double)>;
 // Adds a row of ranges: what gdtf::beam_states says of each value of the most significant slot while all other channels
-// have their defaults.
-void add_ranges(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by, const char* property,
-                const ReadState& read);
+// have their defaults. What is read, for what, by which channel and merged how: eight parameters.
+void add_ranges(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by, const Wanted& wanted,
+                const char* property, const ReadState& read, const char* merge = "");
 // Adds the rows for shutter, strobe, zoom, gobo and its turn.
 void add_beam_rows(ShowImport& import, ModeIndex& index, const FixtureBeam& beam);
-// Result: whether add_beam_rows() knows the attribute.
-bool drives_beam(std::string_view attribute);
 
 // Reads the pictures of a fixture type's gobo wheels: at most 255 slots a wheel and 64 pictures. They are of at most
 // 2048 x 2048 pixels and become 256 x 256 at most. What cannot be read is open, and noted.
@@ -158,10 +172,15 @@ std::shared_ptr<const Profile> with_gobos(ShowImport& import, const std::shared_
 // Result: where the beams of the mode go in its own axes, at each pair of pan and tilt that head_axes() looks at.
 std::vector<std::map<int, glm::dvec3>> head_directions(const gdtf::FixtureType& type, const gdtf::Mode& mode,
                                                        bool invert_pan, bool invert_tilt);
-// directions: those, of the beam's fixture. has_pan: else only its tilt turns. Result: the axes; nothing where they are
-// not a tilt below a pan.
+// How a head hangs in its fixture, and which of its axes turn.
+struct Head {
+    glm::dmat4 fixture_from_mount{1.0};  // what stays still below its axes
+    bool has_pan = true, has_tilt = true;
+};
+// directions: those, of the beam's fixture. Result: the axes; nothing where they are not a tilt below a pan, square to
+// each other and to the beam.
 std::optional<HeadAxes> head_axes(const std::vector<std::map<int, glm::dvec3>>& directions, int beam_geometry,
-                                  const glm::dmat4& world_from_fixture, bool has_pan);
+                                  const glm::dmat4& world_from_fixture, const Head& head = {});
 
 // Result: a mesh for a model's PrimitiveType ("Cube", "Yoke", "Base1_1"), of Y up, about as large as 1 m; nothing where
 // there is no such type.

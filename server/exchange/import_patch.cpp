@@ -17,15 +17,19 @@ constexpr double kDegree = kPi / 180.0;
 struct Look {
     double pan_rad, tilt_rad;
 };
-// Where a head is looked at to know how it is mounted; the first has no pan, and a tilt that is not along the pan axis.
+// Where a head is looked at to know how it is mounted; the first ones have no pan.
+constexpr std::size_t kHome = 1;
 constexpr auto kLooks = std::to_array<Look>(
     {{0.0, 1.0}, {0.0, 0.0}, {0.0, -1.2}, {0.0, 2.0}, {0.7, 0.5}, {0.7, -1.2}, {-1.9, 1.0}, {-1.9, 2.0}});
 
 constexpr int kMaxRows = 4096;                // of a patch
 constexpr double kMostTurn_rad = 64.0 * kPi;  // of the properties
 
-Driving driving(const ModeIndex& index, const FixtureBeam& beam, std::string_view attribute) {
-    return driving(index, beam, [&](std::string_view one) { return one == attribute; });
+Wanted is(std::string_view attribute) {
+    return [attribute](std::string_view one) { return one == attribute; };
+}
+Wanted begins(std::string_view prefix) {
+    return [prefix](std::string_view one) { return one.starts_with(prefix); };
 }
 
 struct Slot {
@@ -67,124 +71,252 @@ std::optional<std::pair<double, double>> shares_of(const Driving& by) {
 }
 
 // none, all: of the property where the channel's share is 0 and 1.
-void add_share(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by, const char* property,
-               double none, double all) {
-    const auto at = [&](double share) { return none + (all - none) * share; };
+void add_share(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by, const Drive& drive) {
+    const auto at = [&](double share) { return drive.low + (drive.high - drive.low) * share; };
+    const Wanted wanted = is(by.function->attribute);
     if (const auto share = shares_of(by))
-        return add_row(import, beam, by, property, at(share->first), at(share->second));
-    add_ranges(import, index, beam, by, property,
-               [&](const auto&, const gdtf::ChannelFunction& function, double physical) -> std::optional<double> {
-                   if (function.attribute != by.function->attribute) return std::nullopt;
-                   return at(std::clamp(physical / whole_share(function), 0.0, 1.0));
-               });
+        return add_row(import, beam, by, wanted,
+                       {drive.property, at(share->first), at(share->second), {}, drive.merge});
+    add_ranges(
+        import, index, beam, by, wanted, drive.property,
+        [&](const auto&, const gdtf::ChannelFunction& function, double physical) -> std::optional<double> {
+            if (!wanted(function.attribute)) return std::nullopt;
+            return at(std::clamp(physical / whole_share(function), 0.0, 1.0));
+        },
+        drive.merge);
 }
 
-void note_undriven(ShowImport& import, const FixtureBeam& beam) {
-    static constexpr std::array kDriven = {"Dimmer", "Pan", "Tilt", "NoFeature"};
-    std::set<std::string_view> told;
-    for (const gdtf::Channel& channel : beam.mode.channels)
-        for (const gdtf::ChannelFunction& function : channel.functions) {
-            if (std::find(kDriven.begin(), kDriven.end(), function.attribute) != kDriven.end()) continue;
-            const bool color = function.attribute.size() == 10 && (function.attribute.starts_with("ColorAdd_") ||
-                                                                   function.attribute.starts_with("ColorSub_"));
-            if (color && std::string_view("RGBCMY").find(function.attribute.back()) != std::string_view::npos) continue;
-            if (drives_beam(function.attribute)) continue;
-            if (told.insert(function.attribute).second)
-                import.report.add(Outcome::left_out, "DMX of an attribute drives nothing",
-                                  beam.type.name + " " + function.attribute);
-        }
-}
+// A component of the light's colour, of one emitter or filter.
+struct Share {
+    const Driving* by;
+    double none, all;  // of the component where it is dark or out, and where it is full or in
+};
 
-void add_colors(ShowImport& import, ModeIndex& index, const FixtureBeam& beam) {
+// Adds the rows of each component's shares, the one that does most first.
+void add_components(ShowImport& import, ModeIndex& index, const FixtureBeam& beam,
+                    std::array<std::vector<Share>, 3>& shares, const char* merge) {
     static constexpr std::array kProperties = {"red", "green", "blue"};
-    const auto color_of = [&](const gdtf::ChannelFunction& function) {
-        if (function.emitter >= 0) {
-            const auto& color = beam.type.emitters[static_cast<std::size_t>(function.emitter)].color;
-            if (color) return *color;
-        }
-        const auto own = beam.type.attribute_colors.find(function.attribute);
-        if (own != beam.type.attribute_colors.end()) return own->second;
-        return gdtf::standard_color(function.attribute).value_or(gdtf::Color{});
+    for (std::size_t k = 0; k < 3; ++k)
+        std::ranges::stable_sort(shares[k], [](const Share& a, const Share& b) {
+            return std::abs(a.all - a.none) > std::abs(b.all - b.none);
+        });
+    for (const bool first : {true, false})
+        for (std::size_t k = 0; k < 3; ++k)
+            for (const Share& share : shares[k])
+                if ((&share == &shares[k].front()) == first)
+                    add_share(import, index, beam, *share.by,
+                              {kProperties[k], share.none, share.all, {}, shares[k].size() > 1 ? merge : ""});
+}
+
+gdtf::Color color_of(const FixtureBeam& beam, const gdtf::ChannelFunction& function) {
+    const auto named = [&](const std::vector<gdtf::NamedColor>& colors, int at) {
+        return at >= 0 ? colors[static_cast<std::size_t>(at)].color : std::nullopt;
     };
+    if (const auto emitter = named(beam.type.emitters, function.emitter)) return *emitter;
+    if (const auto filter = named(beam.type.filters, function.filter)) return *filter;
+    const auto own = beam.type.attribute_colors.find(function.attribute);
+    if (own != beam.type.attribute_colors.end()) return own->second;
+    return gdtf::standard_color(function.attribute).value_or(gdtf::Color{});
+}
+
+// Emitters are terms of red, green and blue, filters are factors of the lamp's white, as gdtf::beam_states has them.
+// white: of the lamp. A share of less than kLeast of a component's change has no row.
+void add_colors(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const glm::dvec3& white) {
+    constexpr double kLeast = 0.005;
+    std::array<std::vector<Share>, 3> shares;
     double sum = 0.0;  // of the luminances of all emitters that light this beam
     for (int at = beam.geometry; at >= 0; at = beam.mode.geometries[static_cast<std::size_t>(at)].parent) {
         const auto [first, last] = index.emitters_of.equal_range(at);
-        for (auto one = first; one != last; ++one) sum += color_of(*one->second).luminance_percent;
+        for (auto one = first; one != last; ++one) sum += color_of(beam, *one->second).luminance_percent;
     }
-    Driving add[3], subtract[3];
-    for (std::size_t i = 0; i < 3; ++i) {
-        add[i] = driving(index, beam, std::string("ColorAdd_") + "RGB"[i]);
-        subtract[i] = driving(index, beam, std::string("ColorSub_") + "CMY"[i]);
-    }
-    const auto whole = [](const Driving(&list)[3]) {
-        return list[0].patched != nullptr && list[1].patched != nullptr && list[2].patched != nullptr;
-    };
-    const glm::dvec3 white = white_factors(
-        std::clamp(beam.mode.geometries[static_cast<std::size_t>(beam.geometry)].beam->color_temperature_k.value,
-                   1000.0, 15000.0),
-        0.0);
-    for (int i = 0; i < 3; ++i) {
-        const std::size_t at = static_cast<std::size_t>(i);
-        if (whole(add) && sum > 0.0) {
-            const gdtf::Color color = color_of(*add[at].function);
-            const double most = rgb_of_xy({color.x, color.y})[i] * color.luminance_percent / sum;
-            add_share(import, index, beam, add[at], kProperties[at], 0.0, most);
-        } else if (whole(subtract)) {
-            add_share(import, index, beam, subtract[at], kProperties[at], white[i], 0.0);
+    const auto emitters = all_driving(index, beam, begins("ColorAdd_"));
+    if (!emitters.empty() && sum > 0.0) {
+        std::vector<glm::dvec3> rgb;
+        for (const Driving& by : emitters) {
+            const gdtf::Color color = color_of(beam, *by.function);
+            rgb.push_back(rgb_of_xy({color.x, color.y}) * (color.luminance_percent / sum));
         }
+        for (int k = 0; k < 3; ++k) {
+            double whole = 0.0;
+            for (const glm::dvec3& one : rgb) whole += one[k];
+            for (std::size_t i = 0; i < rgb.size(); ++i)
+                if (rgb[i][k] > kLeast * whole)
+                    shares[static_cast<std::size_t>(k)].push_back({&emitters[i], 0.0, rgb[i][k]});
+        }
+        add_components(import, index, beam, shares, "sum");
+        return;
     }
-    if (whole(add) || whole(subtract))
-        import.report.add(Outcome::guessed, "red, green and blue of a light are its emitters or filters, each alone",
+    const auto filters = all_driving(index, beam, begins("ColorSub_"));
+    for (const Driving& by : filters) {
+        const gdtf::Color color = color_of(beam, *by.function);
+        const glm::dvec3 passed = rgb_of_xy({color.x, color.y}) * (color.luminance_percent / 100.0);
+        for (int k = 0; k < 3; ++k)
+            if (std::abs(1.0 - passed[k]) > kLeast)
+                shares[static_cast<std::size_t>(k)].push_back({&by, 1.0, passed[k]});
+    }
+    for (int k = 0; k < 3; ++k)
+        if (auto& own = shares[static_cast<std::size_t>(k)]; !own.empty())
+            own.front().none *= white[k], own.front().all *= white[k];
+    add_components(import, index, beam, shares, "product");
+}
+
+// Result: whether a colour temperature is driven.
+bool add_temperature(ShowImport& import, ModeIndex& index, const FixtureBeam& beam) {
+    const Wanted wanted = [](std::string_view one) { return one == "CTO" || one == "CTC" || one == "CTB"; };
+    const Driving by = driving(index, beam, wanted);
+    if (by.patched == nullptr) return false;
+    if (by.function->physical_from < 500.0 && by.function->physical_to < 500.0) {
+        import.report.add(Outcome::left_out, "the colour temperatures of a fixture type were never filled in",
+                          beam.type.name + " " + by.function->attribute);
+        index.driven.emplace(by.patched->channel, by.function->attribute);  // it has its line
+        return false;
+    }
+    add_ranges(import, index, beam, by, wanted, "cct",
+               [](const gdtf::BeamState& state, const auto&, double) { return state.white_k; });
+    return true;
+}
+
+// The ranges of a channel's functions that turn about an axis.
+std::vector<v1::PatchRange> turns_of(const FixtureBeam& beam, const Driving& by, const Wanted& wanted, double offset,
+                                     double sign, bool wide) {
+    std::vector<v1::PatchRange> ranges;
+    const int shift = 8 * (by.bytes - (wide ? 2 : 1));
+    for (const gdtf::ChannelFunction& function :
+         beam.mode.channels[static_cast<std::size_t>(by.patched->channel)].functions) {
+        if (!wanted(function.attribute)) continue;
+        v1::PatchRange& range = ranges.emplace_back();
+        range.set_from(function.from >> shift);
+        range.set_to(function.to >> shift);
+        range.set_low(offset + sign * function.physical_from * kDegree);
+        range.set_high(offset + sign * function.physical_to * kDegree);
+    }
+    return ranges;
+}
+
+// Whether the channel's second slot follows the first, so that a row has both.
+bool is_wide(const FixtureBeam& beam, const Driving& by) {
+    if (by.patched->slots.size() < 2) return false;
+    const Slot coarse = slot_of(beam.fixture, by.patched->dmx_break, by.patched->slots[0]),
+               next = slot_of(beam.fixture, by.patched->dmx_break, by.patched->slots[1]);
+    return next.universe == coarse.universe && next.address == coarse.address + 1;
+}
+
+// What stays still below a head's axes, at home: the geometry that pan turns, else that which tilt turns.
+glm::dmat4 mount_of(const FixtureBeam& beam, const Driving& turn) {
+    glm::dmat4 mount(1.0);
+    for (int at = turn.patched->geometry; at >= 0;) {
+        const gdtf::Geometry& geometry = beam.mode.geometries[static_cast<std::size_t>(at)];
+        mount = geometry.parent_from_geometry * mount;
+        at = geometry.parent;
+    }
+    return mount;
+}
+
+std::optional<HeadAxes> add_turns(ShowImport& import, ModeIndex& index, const FixtureBeam& beam) {
+    const Driving pan = driving(index, beam, is("Pan")), tilt = driving(index, beam, is("Tilt"));
+    if (pan.patched == nullptr && tilt.patched == nullptr) return std::nullopt;
+    const auto named = [&] {  // they have a line already
+        if (pan.patched != nullptr) index.driven.emplace(pan.patched->channel, "Pan");
+        if (tilt.patched != nullptr) index.driven.emplace(tilt.patched->channel, "Tilt");
+    };
+    const auto never_filled_in = [](const Driving& by) {
+        return by.function == nullptr || (by.function->physical_from == 0.0 && by.function->physical_to == 1.0);
+    };
+    if (never_filled_in(pan) && never_filled_in(tilt)) {
+        import.report.add(Outcome::left_out, "pan and tilt of a fixture type were never filled in", beam.type.name);
+        named();
+        return std::nullopt;
+    }
+    auto& directions = index.directions[{beam.fixture.invert_pan, beam.fixture.invert_tilt}];
+    if (directions.empty())
+        directions = head_directions(beam.type, beam.mode, beam.fixture.invert_pan, beam.fixture.invert_tilt);
+    const auto axes = head_axes(
+        directions, beam.geometry, beam.world_from_fixture,
+        {mount_of(beam, pan.patched != nullptr ? pan : tilt), pan.patched != nullptr, tilt.patched != nullptr});
+    if (!axes) {
+        import.report.add(Outcome::left_out, "pan and tilt of a fixture whose axes are no tilt below a pan",
                           beam.light);
+        named();
+        return std::nullopt;
+    }
+    const auto add = [&](const Driving& by, const char* attribute, const char* property, double offset, double sign) {
+        if (by.patched == nullptr) return;
+        index.driven.emplace(by.patched->channel, attribute);
+        if (never_filled_in(by)) {
+            import.report.add(Outcome::left_out, "pan or tilt of a fixture type was never filled in", beam.type.name);
+            return;
+        }
+        const bool wide = is_wide(beam, by);
+        const auto ranges = turns_of(beam, by, is(attribute), offset, sign, wide);
+        for (const v1::PatchRange& range : ranges)
+            if (std::abs(range.low()) > kMostTurn_rad || std::abs(range.high()) > kMostTurn_rad) {
+                import.report.add(Outcome::left_out, "a turn of more than 32 rounds", beam.light);
+                return;
+            }
+        const bool whole = by.function->from == 0 && by.function->to == gdtf::greatest_of(by.bytes);
+        if (whole)
+            add_row(import, beam, by, is(attribute), {property, ranges[0].low(), ranges[0].high()});
+        else
+            add_row(import, beam, by, is(attribute), {property, 0.0, 0.0, ranges, "", wide});
+    };
+    add(pan, "Pan", "pan", axes->pan_offset_rad, axes->pan_sign);
+    add(tilt, "Tilt", "tilt", axes->tilt_offset_rad, axes->tilt_sign);
+    return axes;
 }
 
 }  // namespace
 
-Driving driving(const ModeIndex& index, const FixtureBeam& beam, const std::function<bool(std::string_view)>& wanted) {
+std::vector<Driving> all_driving(const ModeIndex& index, const FixtureBeam& beam, const Wanted& wanted) {
+    std::vector<Driving> found;
     for (int at = beam.geometry; at >= 0; at = beam.mode.geometries[static_cast<std::size_t>(at)].parent) {
         const auto [first, last] = index.channels_of.equal_range(at);
         for (auto one = first; one != last; ++one) {
             const gdtf::Channel& channel = beam.mode.channels[static_cast<std::size_t>(one->second->channel)];
-            for (const gdtf::ChannelFunction& function : channel.functions)
-                if (wanted(function.attribute)) return {one->second, &function, channel.bytes};
+            const auto function = std::ranges::find_if(
+                channel.functions, [&](const gdtf::ChannelFunction& own) { return wanted(own.attribute); });
+            if (function != channel.functions.end()) found.push_back({one->second, &*function, channel.bytes});
         }
     }
-    return {};
+    return found;
 }
 
-void add_row(ShowImport& import, const FixtureBeam& beam, const Driving& by, const char* property, double low,
-             double high, const std::vector<v1::PatchRange>& ranges) {
+Driving driving(const ModeIndex& index, const FixtureBeam& beam, const Wanted& wanted) {
+    const auto found = all_driving(index, beam, wanted);
+    return found.empty() ? Driving{} : found.front();
+}
+
+void add_row(ShowImport& import, const FixtureBeam& beam, const Driving& by, const Wanted& wanted, const Drive& drive) {
+    ModeIndex& index = index_of(import, beam.mode);
+    for (const auto& function : beam.mode.channels[static_cast<std::size_t>(by.patched->channel)].functions)
+        if (wanted(function.attribute)) index.driven.emplace(by.patched->channel, function.attribute);
     const Slot coarse = slot_of(beam.fixture, by.patched->dmx_break, by.patched->slots[0]);
     if (coarse.universe == 0 || coarse.universe > mvr::kMostUniverse) {
         import.report.add(Outcome::left_out,
                           coarse.universe == 0 ? "a channel's break is not patched" : "a slot beyond the last universe",
-                          beam.light + " " + property);
+                          beam.light + " " + drive.property);
         return;
     }
     if (import.patch.rows_size() >= kMaxRows) {
         import.report.add(Outcome::left_out, "a property beyond the 4,096 rows of a patch", beam.light);
         return;
     }
-    bool fine = by.patched->slots.size() > 1 && ranges.empty();
-    if (fine) {
-        const Slot next = slot_of(beam.fixture, by.patched->dmx_break, by.patched->slots[1]);
-        fine = next.universe == coarse.universe && next.address == coarse.address + 1;
-        if (!fine)
-            import.report.add(Outcome::guessed, "a channel's bytes are not neighbours: the most significant one counts",
-                              beam.light);
-    }
+    const bool wide = is_wide(beam, by);
+    if (by.patched->slots.size() > 1 && !wide)
+        import.report.add(Outcome::guessed, "a channel's bytes are not neighbours: the most significant one counts",
+                          beam.light);
     v1::PatchRow& row = *import.patch.add_rows();
     row.set_protocol("sacn");
     row.set_universe(coarse.universe);
     row.set_address(coarse.address);
     row.set_target(beam.light);
-    row.set_property(property);
-    row.set_bits(fine ? 16 : 8);
-    if (ranges.empty()) {
-        row.set_low(low);
-        row.set_high(high);
+    row.set_property(drive.property);
+    row.set_bits(wide && (drive.ranges.empty() || drive.wide_ranges) ? 16 : 8);
+    row.set_merge(drive.merge);
+    if (drive.ranges.empty()) {
+        row.set_low(drive.low);
+        row.set_high(drive.high);
     }
-    row.mutable_ranges()->Add(ranges.begin(), ranges.end());
+    row.mutable_ranges()->Add(drive.ranges.begin(), drive.ranges.end());
 }
 
 ModeIndex& index_of(ShowImport& import, const gdtf::Mode& mode) {
@@ -217,23 +349,31 @@ std::vector<std::map<int, glm::dvec3>> head_directions(const gdtf::FixtureType& 
 }
 
 std::optional<HeadAxes> head_axes(const std::vector<std::map<int, glm::dvec3>>& directions, int beam_geometry,
-                                  const glm::dmat4& world_from_fixture, bool has_pan) {
+                                  const glm::dmat4& world_from_fixture, const Head& head) {
+    const glm::dmat4 fixture_from_mount = glm::mat4_cast(turn_of(head.fixture_from_mount));
+    const glm::dmat3 mount_from_fixture = glm::dmat3(y_up_from_z_up()) * glm::transpose(glm::dmat3(fixture_from_mount));
     const auto seen_at = [&](std::size_t look) {
-        return glm::normalize(glm::dmat3(y_up_from_z_up()) * directions.at(look).at(beam_geometry));
+        return glm::normalize(mount_from_fixture * directions.at(look).at(beam_geometry));
     };
-    const glm::dvec3 seen = seen_at(0);
-    for (const double tilt_offset : {0.0, kPi})
+    const double home = std::acos(std::clamp(-seen_at(kHome).y, -1.0, 1.0));  // the tilt, but for its sign
+    for (const double tilt_offset : {home, -home})
         for (const double tilt_sign : {1.0, -1.0})
             for (const double pan_sign : {1.0, -1.0}) {
+                const auto tilt_at = [&](std::size_t look) {
+                    return tilt_offset + (head.has_tilt ? tilt_sign * kLooks[look].tilt_rad : 0.0);
+                };
                 // aim = (-sin t sin p, -cos t, -sin t cos p), as orientation.h has pan and tilt.
-                const double sine = std::sin(tilt_offset + tilt_sign * kLooks[0].tilt_rad);
-                const HeadAxes axes{std::atan2(-seen.x / sine, -seen.z / sine), pan_sign, tilt_offset, tilt_sign,
-                                    turn_of(world_from_fixture * z_up_from_y_up())};
+                const std::size_t from =
+                    std::abs(std::sin(tilt_at(0))) > 0.1 ? 0 : 2;  // where it is not along the pan axis
+                const double sine = std::sin(tilt_at(from));
+                const glm::dvec3 seen = seen_at(from);
+                const double pan_offset = std::abs(sine) > 1e-3 ? std::atan2(-seen.x / sine, -seen.z / sine) : 0.0;
+                const HeadAxes axes{pan_offset, pan_sign, tilt_offset, tilt_sign,
+                                    turn_of(world_from_fixture * fixture_from_mount * z_up_from_y_up())};
                 bool fits = true;
                 for (std::size_t look = 0; look < kLooks.size() && fits; ++look) {
-                    if (kLooks[look].pan_rad != 0.0 && !has_pan) continue;
-                    const double p = axes.pan_offset_rad + pan_sign * kLooks[look].pan_rad,
-                                 t = tilt_offset + tilt_sign * kLooks[look].tilt_rad;
+                    if (kLooks[look].pan_rad != 0.0 && !head.has_pan) continue;
+                    const double p = axes.pan_offset_rad + pan_sign * kLooks[look].pan_rad, t = tilt_at(look);
                     const glm::dvec3 aim(-std::sin(t) * std::sin(p), -std::cos(t), -std::sin(t) * std::cos(p));
                     fits = glm::length(aim - seen_at(look)) < 1e-4;
                 }
@@ -242,45 +382,42 @@ std::optional<HeadAxes> head_axes(const std::vector<std::map<int, glm::dvec3>>& 
     return std::nullopt;
 }
 
-std::optional<HeadAxes> add_patch_rows(ShowImport& import, const FixtureBeam& beam) {
-    if (beam.fixture.patches.empty()) return std::nullopt;
+void note_undriven(ShowImport& import) {
+    for (const auto& [mode, index] : import.modes) {
+        if (index.patched_type == nullptr) continue;
+        std::set<int> with_slots;
+        std::set<std::pair<std::string, bool>> told;  // attributes
+        for (const auto& [geometry, patched] : index.channels_of) with_slots.insert(patched->channel);
+        for (const int channel : with_slots)
+            for (const auto& function : mode->channels[static_cast<std::size_t>(channel)].functions) {
+                const std::string what = index.patched_type->name + " " + function.attribute;
+                const bool driven = index.driven.contains({channel, function.attribute});
+                if (function.attribute.empty() || function.attribute == "NoFeature") continue;
+                if (!told.emplace(function.attribute, driven).second) continue;
+                if (!driven)
+                    import.report.add(Outcome::left_out, "DMX of an attribute drives nothing", what);
+                else if (function.master >= 0)
+                    import.report.add(Outcome::guessed,
+                                      "what depends on another channel is driven as at that channel's default", what);
+            }
+    }
+}
+
+DrivenBeam add_patch_rows(ShowImport& import, const FixtureBeam& beam) {
+    if (beam.fixture.patches.empty()) return {};
     ModeIndex& index = index_of(import, beam.mode);
-    if (!index.told_undriven) note_undriven(import, beam);
-    index.told_undriven = true;
-    if (const Driving dimmer = driving(index, beam, "Dimmer"); dimmer.patched != nullptr)
-        add_share(import, index, beam, dimmer, "level", 0.0, 1.0);
-    add_colors(import, index, beam);
+    index.patched_type = &beam.type;
+    const auto dimmers = all_driving(index, beam, is("Dimmer"));
+    for (const Driving& dimmer : dimmers)
+        add_share(import, index, beam, dimmer, {"level", 0.0, 1.0, {}, dimmers.size() > 1 ? "product" : ""});
+    DrivenBeam driven;
+    driven.cct = add_temperature(import, index, beam);
+    const double lamp_k = beam.mode.geometries[static_cast<std::size_t>(beam.geometry)].beam->color_temperature_k.value;
+    add_colors(import, index, beam,
+               driven.cct ? glm::dvec3(1.0) : white_factors(std::clamp(lamp_k, 1000.0, 15000.0), 0.0));
     add_beam_rows(import, index, beam);
-    const Driving pan = driving(index, beam, "Pan"), tilt = driving(index, beam, "Tilt");
-    if (pan.patched == nullptr && tilt.patched == nullptr) return std::nullopt;
-    const auto never_filled_in = [](const Driving& by) {
-        return by.function == nullptr || (by.function->physical_from == 0.0 && by.function->physical_to == 1.0);
-    };
-    if (never_filled_in(pan) && never_filled_in(tilt)) {
-        import.report.add(Outcome::left_out, "pan and tilt of a fixture type were never filled in", beam.type.name);
-        return std::nullopt;
-    }
-    auto& directions = index.directions[{beam.fixture.invert_pan, beam.fixture.invert_tilt}];
-    if (directions.empty())
-        directions = head_directions(beam.type, beam.mode, beam.fixture.invert_pan, beam.fixture.invert_tilt);
-    const auto axes = head_axes(directions, beam.geometry, beam.world_from_fixture, pan.patched != nullptr);
-    if (!axes) {
-        import.report.add(Outcome::left_out, "pan and tilt of a fixture whose axes are no tilt below a pan",
-                          beam.light);
-        return std::nullopt;
-    }
-    const auto add = [&](const Driving& by, const char* property, double offset, double sign) {
-        if (never_filled_in(by)) return;
-        const auto [from, to] = ends_of(by);
-        const double low = offset + sign * from * kDegree, high = offset + sign * to * kDegree;
-        if (std::abs(low) <= kMostTurn_rad && std::abs(high) <= kMostTurn_rad)
-            add_row(import, beam, by, property, low, high);
-        else
-            import.report.add(Outcome::left_out, "a turn of more than 32 rounds", beam.light);
-    };
-    add(pan, "pan", axes->pan_offset_rad, axes->pan_sign);
-    add(tilt, "tilt", axes->tilt_offset_rad, axes->tilt_sign);
-    return axes;
+    driven.axes = add_turns(import, index, beam);
+    return driven;
 }
 
 }  // namespace gonio::exchange

@@ -378,6 +378,7 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
         light.level_ratio = seed.level_ratio;
         light.multiplier = seed.multiplier;
         light.color = seed.color;
+        light.cct_k = seed.cct_k;
         light.tilt_factor = tilt_factor_of(light);
         light.seed = static_cast<int>(&seed - asset->lights.data());
         light.position_rev = light.aim_rev = light.profile_rev = light.level_rev = light.name_rev = revision;

@@ -137,6 +137,7 @@ struct LightSeed {
     double level_ratio = 1.0;
     double multiplier = 1.0;
     glm::dvec3 color{1.0};
+    double cct_k = 0.0;                               // Light::cct_k
     bool sun = false;                                 // Light::sun
     glm::dquat world_from_mount{1.0, 0.0, 0.0, 0.0};  // Light::world_from_mount
     std::optional<PanTiltRoll> angles;                // of the orientation, as its console has them; else angles_of()
