@@ -226,7 +226,7 @@ private:
 
     // Adds its entry to `all`, the frames'.
     int make_video(const Plan& plan, const Report& report, std::vector<Entry>& all) const {
-        std::string hashes = print_number(sequence_.video.crf);
+        std::string hashes = "gonio video 2\n" + print_number(sequence_.video.crf);
         for (const Entry& entry : all) hashes += "\n" + entry.sha256;
         const std::string from = sha256(hashes), name = sequence_.video.file;
         if (auto there = complete_entry(options_.out, name, maker_); there && there->from == from) {

@@ -2,7 +2,9 @@
 #include "server/stream/video_file.h"
 
 #include <gtest/gtest.h>
+#include <malloc.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -128,6 +130,33 @@ TEST_F(VideoFiles, TheSamePicturesMakeTheSameBytes) {
         ASSERT_TRUE(write(two, {200, 100, 50}));
         EXPECT_GT(bytes(one).size(), 500u);
         EXPECT_EQ(bytes(one), bytes(two)) << ending;
+    }
+}
+
+// MALLOC_PERTURB_ of mallopt(3): what new memory holds is no part of a video. Pictures move, so that there are
+// B-frames.
+TEST_F(VideoFiles, WhatMemoryHeldBeforeDoesNotCount) {
+    for (const auto& [width, height] : {std::pair(64, 36), {160, 90}, {320, 180}}) {
+        const auto frame = [&](std::int64_t i) -> Result<std::vector<std::uint8_t>> {
+            std::vector<std::uint8_t> rgb;
+            for (int y = 0; y < height; ++y)
+                for (int x = 0; x < width; ++x)
+                    for (int c = 0; c < 3; ++c)
+                        rgb.push_back(static_cast<std::uint8_t>(
+                            127.0 + 60.0 * std::sin(0.2 * x + 0.34 * static_cast<double>(i) + c) +
+                            50.0 * std::sin(0.31 * y + 0.3 * static_cast<double>(i)) + (7 * x + 3 * y + 5 * i) % 13));
+            return rgb;
+        };
+        std::vector<std::string> made;
+        for (const int held : {0, 85, 170}) {
+            ::mallopt(M_PERTURB, held);
+            const auto wrote = write_video(folder_ + "/p.mkv", {width, height, 30, 24, 1, 18.0, true}, frame, {});
+            ::mallopt(M_PERTURB, 0);
+            ASSERT_TRUE(wrote) << wrote.error().text();
+            made.push_back(bytes("p.mkv"));
+        }
+        EXPECT_EQ(made[0], made[1]) << width;
+        EXPECT_EQ(made[0], made[2]) << width;
     }
 }
 

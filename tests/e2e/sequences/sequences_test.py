@@ -118,6 +118,19 @@ class Sequences(unittest.TestCase):
         self.assertRegex(bar, r'\[#{30}\] 24/24  [0-9.]+ frames/s  0:00 left')
         self.assertEqual(contents(self.folder / 'shards'), found)
 
+    def test_videos_do_not_depend_on_what_memory_held(self):
+        # MALLOC_PERTURB_ of mallopt(3) fills new memory. The frames are kept, the video is made anew.
+        job = self.job({**SHORT, 'capture': {**SHORT['capture'], 'size': '64x36'}, 'video': {'file': 'a.mkv'}})
+        self.run_to_end(job, 'out')
+        made = {contents(self.folder / 'out')['a.mkv']}
+        for held in ('0', '85', '170'):
+            (self.folder / 'out/a.mkv').unlink()
+            events, _ = self.run_to_end(job, 'out', env={**os.environ, 'MALLOC_PERTURB_': held})
+            self.assertEqual(events[-1]['written'], 0)
+            self.assertEqual([e['state'] for e in events if e['event'] == 'video'], ['written'])
+            made.add(contents(self.folder / 'out')['a.mkv'])
+        self.assertEqual(len(made), 1)
+
     def test_sigterm_and_a_full_disk_may_be_tried_again(self):
         process = self.start(self.job({**SHORT, 'frames': 2000}), 'out')
         for line in process.stdout:
