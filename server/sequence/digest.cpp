@@ -5,6 +5,7 @@
 
 #include "ies/writers.h"
 #include "server/base/sha256.h"
+#include "server/scene/body.h"
 
 namespace gonio::sequence {
 namespace {
@@ -43,23 +44,30 @@ void add_material(Digest& digest, const Material& material) {
         digest.add(flag);
 }
 
+void add_point(Digest& digest, const glm::dvec3& point) {
+    for (int i = 0; i < 3; ++i) digest.add(point[i]);
+}
+
 void add_light(Digest& digest, const LightSeed& light) {
     digest.add(std::string_view(light.name));
-    for (int i = 0; i < 3; ++i) digest.add(light.position[i]);
-    for (int i = 0; i < 4; ++i) digest.add(light.world_from_light[i]);
-    for (int i = 0; i < 3; ++i) digest.add(light.color[i]);
+    add_point(digest, light.position);
+    for (const glm::dquat& turn : {light.world_from_light, light.world_from_mount})
+        for (int i = 0; i < 4; ++i) digest.add(turn[i]);
+    add_point(digest, light.color);
     digest.add(light.multiplier);
     digest.add(light.sun);
     if (light.profile) digest.add(std::string_view(ies::write_lm63(light.profile->photometry)));
     if (light.profile && light.profile->gobos)
         for (const Gobo& gobo : *light.profile->gobos)
-            digest.add(gobo.transmission.data(), gobo.transmission.size() * sizeof(gobo.transmission[0]));
+            digest.add_all(std::span<const std::uint16_t>(gobo.transmission));
 }
 
-}  // namespace
+void add_matrix(Digest& digest, const glm::dmat4& matrix) {
+    for (int column = 0; column < 4; ++column)
+        for (int row = 0; row < 4; ++row) digest.add(matrix[column][row]);
+}
 
-std::string sha256_of_asset(const SceneAsset& asset) {
-    Digest digest;
+void add_shown(Digest& digest, const SceneAsset& asset) {
     for (const Mesh& mesh : asset.meshes) {
         digest.add_all(std::span<const Vertex>(mesh.vertices));
         digest.add_all(std::span<const glm::u16vec4>(mesh.colors));
@@ -76,10 +84,38 @@ std::string sha256_of_asset(const SceneAsset& asset) {
     for (const Instance& instance : asset.instances) {
         digest.add(instance.mesh);
         digest.add(std::string_view(instance.node));
-        for (int column = 0; column < 4; ++column)
-            for (int row = 0; row < 4; ++row) digest.add(instance.world_from_mesh[column][row]);
+        add_matrix(digest, instance.world_from_mesh);
     }
+}
+
+void add_bodies(Digest& digest, const Bodies& bodies) {
+    digest.add(std::string_view("bodies"));
+    add_shown(digest, bodies.shown);
+    for (const BodyMount& mount : bodies.mounts) {
+        digest.add(mount.seed);
+        add_matrix(digest, mount.world_from_fixture);
+        digest.add(mount.joints.size());
+        for (const BodyJoint& joint : mount.joints) {
+            add_point(digest, joint.point);
+            add_point(digest, joint.axis);
+        }
+        add_point(digest, mount.aim);
+        digest.add(mount.pan_rad);
+        digest.add(mount.side);
+    }
+    for (const BodyPart& part : bodies.parts) {
+        digest.add(part.mount);
+        digest.add(part.joints);
+    }
+}
+
+}  // namespace
+
+std::string sha256_of_asset(const SceneAsset& asset) {
+    Digest digest;
+    add_shown(digest, asset);
     for (const LightSeed& light : asset.lights) add_light(digest, light);
+    if (asset.bodies) add_bodies(digest, *asset.bodies);
     return digest.text();
 }
 

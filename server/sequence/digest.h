@@ -7,7 +7,7 @@
 
 namespace gonio::sequence {
 
-// Result: of a scene's geometry, materials, images and lights, wherever its file is.
+// Result: of a scene's geometry, materials, images, lights and bodies of luminaires, wherever its file is.
 std::string sha256_of_asset(const SceneAsset& asset);
 
 }  // namespace gonio::sequence

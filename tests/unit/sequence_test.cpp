@@ -11,6 +11,7 @@
 
 #include "server/assets/assets.h"
 #include "server/base/sha256.h"
+#include "server/scene/body.h"
 #include "server/sequence/digest.h"
 #include "server/sequence/manifest.h"
 #include "server/sequence/sequence_job.h"
@@ -271,6 +272,35 @@ TEST_F(Manifests, AScenesHashIsOfWhatItShows) {
     EXPECT_NE(hash, changed([](SceneAsset& other) { other.lights[0].profile = *builtin_profile("bulb"); }));
     EXPECT_NE(hash, changed([](SceneAsset& other) { other.lights[0].multiplier = 2.0; }));
     EXPECT_EQ(hash, changed([](SceneAsset& other) { other.name = "/another/place.glb"; }));
+}
+
+// What of bodies is seen: their meshes, materials and places, and how they turn with their lights.
+TEST_F(Manifests, AScenesHashIsOfItsBodies) {
+    SceneAsset asset = *cornell().asset;
+    const std::string bare = sha256_of_asset(asset);
+    Bodies bodies;
+    bodies.shown.materials.emplace_back();
+    bodies.shown.meshes.emplace_back().vertices.resize(3);
+    bodies.shown.meshes[0].indices = {0, 1, 2};
+    bodies.shown.instances = {{0, glm::dmat4(1.0), "yoke"}};
+    bodies.mounts.emplace_back().joints.emplace_back();
+    bodies.parts = {{0, 1}};
+    const auto changed = [&](const std::function<void(Bodies&)>& change) {
+        auto other = std::make_shared<Bodies>(bodies);
+        change(*other);
+        asset.bodies = other;
+        return sha256_of_asset(asset);
+    };
+    const std::string hash = changed([](Bodies&) {});
+    EXPECT_EQ(hash, changed([](Bodies&) {}));
+    EXPECT_NE(hash, bare);
+    EXPECT_NE(hash, changed([](Bodies& other) { other.shown.meshes[0].vertices[0].position.x = 0.6f; }));
+    EXPECT_NE(hash, changed([](Bodies& other) { other.shown.materials[0].base_color.g *= 0.99f; }));
+    EXPECT_NE(hash, changed([](Bodies& other) { other.shown.instances[0].world_from_mesh[0][0] = 2.0; }));
+    EXPECT_NE(hash, changed([](Bodies& other) { other.mounts[0].world_from_fixture[3][1] += 0.001; }));
+    EXPECT_NE(hash, changed([](Bodies& other) { other.mounts[0].joints[0].point.z += 0.001; }));
+    EXPECT_NE(hash, changed([](Bodies& other) { other.mounts[0].aim = {0, 1, 0}; }));
+    EXPECT_NE(hash, changed([](Bodies& other) { other.parts[0].joints = 0; }));
 }
 
 TEST_F(Manifests, AFileIsCompleteByJobVersionAndBytes) {
