@@ -90,16 +90,15 @@ void add_share(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, co
 struct Share {
     const Driving* by;
     double none, all;  // of the component where it is dark or out, and where it is full or in
+    double purity;     // what it does to this component, of what it does to all three
 };
 
-// Adds the rows of each component's shares, the one that does most first.
+// Adds the rows of each component's shares, the purest first: what has one row for each takes these.
 void add_components(ShowImport& import, ModeIndex& index, const FixtureBeam& beam,
                     std::array<std::vector<Share>, 3>& shares, const char* merge) {
     static constexpr std::array kProperties = {"red", "green", "blue"};
     for (std::size_t k = 0; k < 3; ++k)
-        std::ranges::stable_sort(shares[k], [](const Share& a, const Share& b) {
-            return std::abs(a.all - a.none) > std::abs(b.all - b.none);
-        });
+        std::ranges::stable_sort(shares[k], [](const Share& a, const Share& b) { return a.purity > b.purity; });
     for (const bool first : {true, false})
         for (std::size_t k = 0; k < 3; ++k)
             for (const Share& share : shares[k])
@@ -141,7 +140,8 @@ void add_colors(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, c
             for (const glm::dvec3& one : rgb) whole += one[k];
             for (std::size_t i = 0; i < rgb.size(); ++i)
                 if (rgb[i][k] > kLeast * whole)
-                    shares[static_cast<std::size_t>(k)].push_back({&emitters[i], 0.0, rgb[i][k]});
+                    shares[static_cast<std::size_t>(k)].push_back(
+                        {&emitters[i], 0.0, rgb[i][k], rgb[i][k] / (rgb[i].r + rgb[i].g + rgb[i].b)});
         }
         add_components(import, index, beam, shares, "sum");
         return;
@@ -150,9 +150,12 @@ void add_colors(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, c
     for (const Driving& by : filters) {
         const gdtf::Color color = color_of(beam, *by.function);
         const glm::dvec3 passed = rgb_of_xy({color.x, color.y}) * (color.luminance_percent / 100.0);
+        const glm::dvec3 stopped = 1.0 - passed;
         for (int k = 0; k < 3; ++k)
-            if (std::abs(1.0 - passed[k]) > kLeast)
-                shares[static_cast<std::size_t>(k)].push_back({&by, 1.0, passed[k]});
+            if (std::abs(stopped[k]) > kLeast)
+                shares[static_cast<std::size_t>(k)].push_back(
+                    {&by, 1.0, passed[k],
+                     std::abs(stopped[k]) / (std::abs(stopped.r) + std::abs(stopped.g) + std::abs(stopped.b))});
     }
     for (int k = 0; k < 3; ++k)
         if (auto& own = shares[static_cast<std::size_t>(k)]; !own.empty())
@@ -163,8 +166,11 @@ void add_colors(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, c
 // Result: whether a colour temperature is driven.
 bool add_temperature(ShowImport& import, ModeIndex& index, const FixtureBeam& beam) {
     const Wanted wanted = [](std::string_view one) { return one == "CTO" || one == "CTC" || one == "CTB"; };
-    const Driving by = driving(index, beam, wanted);
-    if (by.patched == nullptr) return false;
+    const auto all = all_driving(index, beam, wanted);
+    if (all.empty()) return false;
+    Driving by = all.front();
+    for (const Driving& one : all)  // of several at one geometry the last counts, as in gdtf::beam_states
+        if (one.patched->geometry == by.patched->geometry) by = one;
     if (by.function->physical_from < 500.0 && by.function->physical_to < 500.0) {
         import.report.add(Outcome::left_out, "the colour temperatures of a fixture type were never filled in",
                           beam.type.name + " " + by.function->attribute);

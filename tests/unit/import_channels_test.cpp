@@ -73,6 +73,8 @@ TEST(ImportChannels, EmittersAddUp) {
     EXPECT_NEAR(white.b, 0.5, 0.005);
     EXPECT_NEAR(luminance(color({0, 0, 0, 0})), 0.0, 1e-12);
     EXPECT_FALSE(says(*asset, "ColorAdd"));
+    EXPECT_EQ(row_of(*asset, "Spot", "red")->address(), 1u) << "the first row of a component is its own emitter's";
+    EXPECT_EQ(row_of(*asset, "Spot", "blue")->address(), 3u);
 }
 
 TEST(ImportChannels, ASingleEmitterOfAnotherColorIsDriven) {
