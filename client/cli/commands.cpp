@@ -185,6 +185,8 @@ int save_scene(const Session& session, const ReadWords& words) {
     const auto answer = session.ask(words.message, {Answer::kCapture});
     if (!answer) return session.fail(answer.error());
     const v1::CaptureResult& made = answer->capture();
+    if (!session.json)
+        for (const std::string& warning : made.warnings()) session.err << "warning: " << warning << "\n";
     return write_made(session, words.names.front(), made.image(), made,
                       " " + std::to_string(made.image().size()) + " bytes");
 }

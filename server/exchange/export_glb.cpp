@@ -127,7 +127,8 @@ private:
     std::set<std::string> extensions_;
 };
 
-// Result: the node of a light, without what says which light it is. Its level is told apart for ourselves.
+// Result: the node of a light, without what says which light it is. Its level is told apart for ourselves: it is 0
+// where the shutter is closed, as is the node's multiplier.
 Json node_of(const Light& light, double master_ratio) {
     const glm::dquat& turn = light.world_from_light;
     return {{"name", light.name},
@@ -135,7 +136,7 @@ Json node_of(const Light& light, double master_ratio) {
             {"rotation", {turn.x, turn.y, turn.z, turn.w}},
             {"extras",
              {{"gonio",
-               {{"level_ratio", light.level_ratio * master_ratio},
+               {{"level_ratio", shown_level(light, master_ratio)},
                 {"multiplier", color_of(light).multiplier * light.multiplier}}}}}};
 }
 

@@ -58,9 +58,13 @@ LightScale color_of(const Light& light) {
     return most > 0.0 ? LightScale{most, weight / most} : LightScale{};
 }
 
+double shown_level(const Light& light, double master_ratio) {
+    return light.level_ratio * light.shutter_ratio * master_ratio;
+}
+
 LightScale scale_of(const Light& light, double master_ratio) {
     LightScale scale = color_of(light);
-    scale.multiplier *= light.level_ratio * light.shutter_ratio * light.multiplier * master_ratio;
+    scale.multiplier *= shown_level(light, master_ratio) * light.multiplier;
     return scale;
 }
 

@@ -17,7 +17,12 @@ ies::Photometry photometry_of(const Light& light, double factor = 1.0);
 Result<std::string> ies_file_of(const Light& light, double factor = 1.0);
 std::string ies_key_of(const Light& light, double factor = 1.0);
 
-// Level, multiplier, colour, white, gel and master of the scene: multiplier · color, whose greatest component is 1.
+// Result: level times shutter times master. Files have no word for a shutter: a light whose shutter is closed is saved
+// at level 0, and its level lights it again.
+double shown_level(const Light& light, double master_ratio);
+
+// Level, shutter, multiplier, colour, white, gel and master of the scene: multiplier · color, whose greatest component
+// is 1.
 struct LightScale {
     double multiplier = 0.0;  // 0 and white: it is dark
     glm::dvec3 color{1.0};    // linear Rec.709

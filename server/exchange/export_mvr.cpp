@@ -31,8 +31,7 @@ std::string matrix_text(const glm::dmat4& world_from_object) {
     for (int c = 0; c < 4; ++c) {
         text += "{";
         for (int r = 0; r < 3; ++r) {
-            const double entry = c == 3 ? 1000.0 * matrix[c][r] : matrix[c][r];
-            text += (r > 0 ? "," : "") + number_text(std::abs(entry) < 1e-12 ? 0.0 : entry);
+            text += (r > 0 ? "," : "") + entry_text(c == 3 ? 1000.0 * matrix[c][r] : matrix[c][r]);
         }
         text += "}";
     }
@@ -129,7 +128,7 @@ public:
         const LightScale color = color_of(light);
         add_node(user_data_, "Light",
                  {{"uuid", uuid},
-                  {"level", number_text(std::min(1.0, light.level_ratio * scene_.master_ratio))},
+                  {"level", number_text(std::min(1.0, shown_level(light, scene_.master_ratio)))},
                   {"multiplier", number_text(color.multiplier)},
                   {"red", number_text(color.color.r)},
                   {"green", number_text(color.color.g)},

@@ -9,6 +9,10 @@
 #include "server/exchange/gdtf_write.h"
 #include "server/scene/scene.h"
 
+namespace gonio::v1 {
+class PatchRow;
+}  // namespace gonio::v1
+
 namespace gonio::exchange {
 
 // Result: a UUID of RFC 9562, version 8, that follows from the text alone: the same each time.
@@ -32,7 +36,8 @@ struct BreakStart {
 struct LightPatch {
     std::vector<gdtf::WrittenChannel> channels;
     std::vector<BreakStart> breaks;
-    bool swings = false;  // pan or tilt is among them
+    std::vector<const v1::PatchRow*> rows;  // of the scene's patch, that have a channel
+    bool swings = false;                    // pan or tilt is among them
 };
 // Result: of a light without rows a dimmer that is not patched. Where pan or tilt swings it both are there.
 LightPatch patch_of(const Scene& scene, const Light& light);

@@ -37,6 +37,7 @@ LightPatch patch_of(const Scene& scene, const Light& light) {
                                      [&](const DrivenRow& one) { return row.property() == row_of(one.property).name; }))
                 continue;
             if (!rows.emplace(row.property(), &row).second) continue;  // a second one of the same has no channel
+            patch.rows.push_back(&row);
             auto& least = first.try_emplace(universe_of(row), row.address()).first->second;
             least = std::min(least, row.address());
         }

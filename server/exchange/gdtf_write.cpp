@@ -10,6 +10,7 @@ namespace gonio::gdtf {
 namespace {
 
 using exchange::add_node;
+using exchange::entry_text;
 using exchange::number_text;
 
 // What a mode can have. Emitters have the primaries of Rec.709, so that their sum is its white: 100 %.
@@ -37,8 +38,7 @@ constexpr const char* kIdentity = "{1,0,0,0}{0,1,0,0}{0,0,1,0}{0,0,0,1}";
 // Rows are the images of the axes; the translation is the fourth column.
 std::string turn_about_z(double rad) {
     if (rad == 0.0) return kIdentity;
-    const std::string c = number_text(std::cos(rad)), s = number_text(std::sin(rad)),
-                      minus = number_text(-std::sin(rad));
+    const std::string c = entry_text(std::cos(rad)), s = entry_text(std::sin(rad)), minus = entry_text(-std::sin(rad));
     return "{" + c + "," + s + ",0,0}{" + minus + "," + c + ",0,0}{0,0,1,0}{0,0,0,1}";
 }
 

@@ -1,19 +1,25 @@
 // Writing XML. Only for .cpp files, because it brings pugixml.
 #pragma once
 
+#include <charconv>
+#include <cmath>
 #include <initializer_list>
 #include <pugixml.hpp>
 #include <sstream>
 #include <string>
 #include <utility>
 
-#include "ies/core/number_text.h"
-
 namespace gonio::exchange {
 
-// Result: as gonio::number_text, but "0" of -0.
+// Result: the shortest decimals that read back as the same number, without an exponent, which GDTF allows in no matrix
+// and in no DMX value; "0" of -0.
 inline std::string number_text(double value) {
-    return gonio::number_text(value + 0.0);
+    char text[400];  // of the least double 343
+    return {text, std::to_chars(text, text + sizeof text, value + 0.0, std::chars_format::fixed).ptr};
+}
+// The same of a matrix's entry, a ratio, m or mm: what is only rounding of 0 is 0.
+inline std::string entry_text(double value) {
+    return number_text(std::abs(value) < 1e-12 ? 0.0 : value);
 }
 
 using Attributes = std::initializer_list<std::pair<const char*, std::string>>;

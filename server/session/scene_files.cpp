@@ -4,6 +4,7 @@
 
 #include "protocol/schema/codec.h"
 #include "server/base/clock.h"
+#include "server/exchange/export_left_out.h"
 #include "server/exchange/export_mvr.h"
 
 namespace gonio {
@@ -14,8 +15,10 @@ constexpr std::int64_t kTellNs = 500'000'000;
 struct Format {
     const char* name;
     Result<std::string> (*write)(const Scene&, const exchange::Parts&);
+    std::vector<std::string> (*left_out)(const Scene&);
 };
-constexpr Format kFormats[] = {{"glb", exchange::export_glb}, {"mvr", exchange::export_mvr}};
+constexpr Format kFormats[] = {{"glb", exchange::export_glb, exchange::left_out_of_glb},
+                               {"mvr", exchange::export_mvr, exchange::left_out_of_mvr}};
 
 const Format* format_of(const std::string& name) {
     for (const Format& format : kFormats)
@@ -64,13 +67,15 @@ void SceneFiles::add(const Work& work, const Scene& scene, Replies& replies) {
                 progress.set_seconds(seconds_between(began_ns, told_ns));
                 send(work.session, message_of(&v1::ServerMessage::mutable_progress, std::move(progress)));
             };
-            auto bytes = written(*format_of(query.format()), scene, tell);
+            const Format& format = *format_of(query.format());
+            auto bytes = written(format, scene, tell);
             v1::ServerMessage message;
             if (bytes) {
                 v1::CaptureResult& result = *message.mutable_capture();
                 result.set_format(query.format());
                 result.set_image(std::move(*bytes));
                 result.set_scene_rev(scene.scene_rev);
+                for (std::string& line : format.left_out(scene)) result.add_warnings(std::move(line));
             } else {
                 *message.mutable_result() = refusal(bytes.error());
             }

@@ -21,8 +21,9 @@ class SceneFiles {
 public:
     explicit SceneFiles(Replies::Send send) : send_(std::move(send)) {}
 
-    // work: of a capture that check_scene_file() passed. Its answer is a CaptureResult with the file as image, or the
-    // refusal of export_glb(); meanwhile its client is told of the progress, twice a second.
+    // work: of a capture that check_scene_file() passed. Its answer is a CaptureResult with the file as image and what
+    // it leaves out as warnings, or the refusal of export_glb(). Meanwhile its client is told of the progress, twice a
+    // second.
     void add(const Work& work, const Scene& scene, Replies& replies);
 
 private:

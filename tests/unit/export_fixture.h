@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <numbers>
 #include <string>
@@ -118,6 +119,21 @@ inline void expect_same_light(const Scene& before, const Scene& after) {
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(b[c], a[c], 1e-3 * a[c] + 1e-6) << "point " << i << " channel " << c;
     }
     EXPECT_GE(lit, 6) << "too little is lit to tell";
+}
+
+// A luminaire of 800 cd downwards, 2 m above the floor, at level 0.6: 0.6 · 800 / 2² = 120 lx below it. saved_again: as
+// a file of it reads back.
+inline void expect_a_closed_shutter_back(const std::function<Scene(const Scene&)>& saved_again) {
+    const auto lux = [](const Scene& scene) { return readings_of(scene, {{{0, 0, 0}, {0, 1, 0}}})[0].direct_lx.g; };
+    Scene scene = floor_scene(4.0, 0.5f, lopsided(), {0, 2, 0});
+    scene.lights[0].level_ratio = 0.6;
+    for (const auto& [shutter, lit_lx] : {std::pair(1.0, 120.0), {0.5, 60.0}, {0.0, 0.0}}) {
+        scene.lights[0].shutter_ratio = shutter;
+        Scene again = saved_again(scene);
+        EXPECT_NEAR(lux(again), lit_lx, 0.12) << "as it was saved, shutter " << shutter;
+        again.lights.at(0).level_ratio = 0.6;
+        EXPECT_NEAR(lux(again), 120.0, 0.12) << "its level lights it as before, shutter " << shutter;
+    }
 }
 
 }  // namespace gonio::test

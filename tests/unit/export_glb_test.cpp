@@ -171,6 +171,10 @@ TEST(ExportedGlb, LightsAreAsTheExtensionsHaveThem) {
     EXPECT_FALSE(document.contains("extensionsRequired"));
 }
 
+TEST(ExportedGlb, AClosedShutterIsDarkAndCanBeLit) {
+    expect_a_closed_shutter_back([](const Scene& scene) { return scene_of(read_again(glb_of(scene))); });
+}
+
 TEST(ExportedGlb, APunctualLightWithAnOpeningIsMeasured) {
     Scene scene = floor_scene(4.0, 0.5f, punctual_point_profile(), {0, 2, 0});
     scene.lights[0].opening = ies::Opening{ies::OpeningShape::ellipse, 0.5 * m, 0.5 * m, 0.0 * m};
@@ -302,14 +306,14 @@ TEST(ExportedGlb, WhatGltfCannotHoldIsRefused) {
 // The session: as a capture whose format is a scene's.
 class SavesScenes : public testing::Test {
 protected:
-    void SetUp() override {
+    void SetUp() override { start(scene_of(make_cornell())); }
+    void start(Scene scene) {
         SessionOutputs outputs;
         outputs.reply = [this](std::uint32_t, v1::ServerMessage message) { replies.push(std::move(message)); };
         outputs.state = [](v1::State, v1::StateChanged) {};
         outputs.picture = [](Picture) {};
         outputs.gone = [](std::uint32_t) {};
-        session.emplace(std::make_unique<NullRenderer>(), scene_of(make_cornell()), "null", queue, loader,
-                        std::move(outputs));
+        session.emplace(std::make_unique<NullRenderer>(), std::move(scene), "null", queue, loader, std::move(outputs));
     }
     void ask(std::uint32_t request_id, const std::string& format, const std::string& view = "") {
         Work work;
@@ -338,6 +342,16 @@ TEST_F(SavesScenes, AsAFileThatReadsBack) {
     const auto show = replies.pop_for(std::chrono::seconds(30));
     ASSERT_TRUE(show && show->has_capture());
     EXPECT_EQ(show->capture().image().substr(0, 2), "PK");
+    EXPECT_EQ(show->capture().warnings_size(), 0) << "nothing is left out";
+}
+
+TEST_F(SavesScenes, AndSaysWhatIsLeftOut) {
+    start(rigged(make_cornell()));
+    ask(9, "mvr");
+    const auto show = replies.pop_for(std::chrono::seconds(30));
+    ASSERT_TRUE(show && show->has_capture());
+    ASSERT_EQ(show->capture().warnings_size(), 2);
+    EXPECT_EQ(show->capture().warnings(0), "left out: suns, and their light: \"sun\"");
 }
 
 TEST_F(SavesScenes, NoMoreAtOnceThanItsBoundAndNothingBeside) {

@@ -3,13 +3,18 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <glm/gtc/matrix_transform.hpp>
 #include <set>
 
 #include "protocol/dmx/patch.h"
 #include "protocol/schema/gonio.pb.h"
+#include "server/exchange/export_left_out.h"
 #include "server/exchange/export_parts.h"
 #include "server/exchange/import_mvr.h"
+#include "tests/unit/exchange_test_support.h"
 #include "tests/unit/export_fixture.h"
 #include "tests/unit/mvr_check.h"
 
@@ -108,6 +113,10 @@ TEST_P(ExportMvr, KeepsTheStandardAndComesBackWithTheSameLight) {
 }
 INSTANTIATE_TEST_SUITE_P(BuiltIn, ExportMvr, testing::Values("cornell", "atrium", "cylinder"));
 
+TEST(ExportedMvr, AClosedShutterIsDarkAndCanBeLit) {
+    expect_a_closed_shutter_back([](const Scene& scene) { return scene_of(read_again(mvr_of(scene))); });
+}
+
 TEST(ExportedMvr, WithoutAPatchTheDefaultOneStays) {
     const Scene scene = rigged(make_cornell(), false);
     const std::string bytes = mvr_of(scene);
@@ -149,6 +158,51 @@ TEST(ExportedMvr, SunsAndRowsOfGroupsAreLeftOut) {
     EXPECT_EQ(asset->lights.size(), scene.lights.size() - 1);
     ASSERT_TRUE(asset->patch);
     EXPECT_EQ(rows_of(*asset->patch), (std::set<std::string>{"bulb level 1.5 8 bits 0 1"}));
+}
+
+// What docs/shows.md says that glTF and MVR have no word for is named.
+TEST(ExportedMvr, WhatIsLeftOutIsNamed) {
+    using Lines = std::vector<std::string>;
+    Scene scene = rigged(make_cornell(), false);
+    std::erase_if(scene.lights, [](const Light& light) { return light.name == "tilted"; });
+    v1::SetPatch patch;
+    const v1::SetPatch all = some_patch();
+    for (const v1::PatchRow& row : all.rows())
+        if (row.target() != "tilted") *patch.add_rows() = row;
+    scene.patch = std::make_shared<const v1::SetPatch>(patch);
+    EXPECT_EQ(exchange::left_out_of_mvr(scene), Lines{}) << "all of it comes back";
+    EXPECT_EQ(exchange::left_out_of_glb(scene), Lines{"left out: the patch"});
+    scene = rigged(make_cornell());
+    for (const auto& [target, property] : {std::pair("lopsided", "zoom"), {"lopsided", "shutter"}, {"bulb", "red"}})
+        *patch.add_rows() = patch_row(target, property, 4, static_cast<unsigned>(patch.rows_size()) + 1, 8, 0, 1);
+    *patch.add_rows() = patch_row("", "master", 4, 100, 8, 0, 1);
+    scene.patch = std::make_shared<const v1::SetPatch>(patch);
+    Light& light = *std::ranges::find(scene.lights, "lopsided", &Light::name);
+    light.shutter_ratio = 0.0;
+    light.strobe_hz = 5.0;
+    auto wheel = std::make_shared<Profile>(*light.profile);
+    wheel->gobos = std::make_shared<const Gobos>(Gobos{{"open"}, {"dots", 2, {0, 65535, 65535, 0}}});
+    light.profile = wheel;
+    scene.haze.extinction_per_m = 0.01;
+    scene.groups["front"] = {"bulb"};
+    scene.presets["dim"] = std::make_shared<const Preset>();
+    scene.saved_views["wide"] = scene.camera;
+    const Lines both{
+        "left out: gobo wheels; lights keep the picture that they show now: \"lopsided\"",
+        "left out: shutters; the level is that with the shutter: \"lopsided\"",
+        "left out: strobes; lights are on all the time: \"lopsided\"",
+        "left out: that a lamp's output follows its tilt; it stays as it is now: \"tilted\"",
+        "left out: the haze",
+        "left out: groups: \"front\"",
+        "left out: presets: \"dim\"",
+    };
+    Lines glb = both, mvr = both;
+    glb.push_back("left out: the patch");
+    mvr.insert(mvr.begin(), "left out: suns, and their light: \"sun\"");
+    mvr.push_back("left out: kept views: \"wide\"");
+    mvr.push_back("left out: rows of the patch: \"lopsided zoom\", \"lopsided shutter\", \"bulb red\", \"master\"");
+    EXPECT_EQ(exchange::left_out_of_glb(scene), glb);
+    EXPECT_EQ(exchange::left_out_of_mvr(scene), mvr);
 }
 
 // A picture that two meshes have is written once, and a mirrored instance keeps its front.
@@ -194,6 +248,43 @@ TEST(ExportedMvr, PicturesAreWrittenOnceAndFrontsStay) {
         return all;
     };
     EXPECT_EQ(corners(*again), corners(*asset));
+}
+
+// Turns whose sine is only rounding (1.2e-16) or small (1e-7): MvrCheck has the schema's patterns, and the schema says
+// the same where it and xmllint are there.
+TEST(ExportedMvr, MatricesHaveNoExponent) {
+    Scene scene = floor_scene(8.0, 0.5f, lopsided(), {0, 2, 0});
+    scene.lights.clear();
+    v1::SetPatch patch;
+    unsigned address = 0;
+    for (const double roll : {0.0, std::numbers::pi, 1e-7, -0.5 * std::numbers::pi, 2.0})
+        for (const double tilt : {0.0, std::numbers::pi, -1e-7}) {
+            const std::string name = "head " + std::to_string(++address);
+            scene.lights.push_back(light_of(scene, name, lopsided(), {1e-7 * address, 2.0, 0.1}, {1e-8, tilt, roll}));
+            *patch.add_rows() = patch_row(name, "pan", 1, 2 * address, 8, -4.7, 4.7);
+        }
+    scene.patch = std::make_shared<const v1::SetPatch>(patch);
+    const std::string bytes = mvr_of(scene);
+    for (const std::string& fault : MvrCheck::faults(bytes)) ADD_FAILURE() << fault;
+    expect_same_lights(scene, scene_of(read_again(bytes)));
+    const auto formats = shared_formats();
+    if (!formats || std::system("xmllint --version >/dev/null 2>&1") != 0) GTEST_SKIP() << "no schema or no xmllint";
+    const auto archive = open_zip(bytes);
+    ASSERT_TRUE(archive);
+    char folder[] = "/tmp/gonio_gdtf_XXXXXX";
+    ASSERT_NE(::mkdtemp(folder), nullptr);
+    const std::string path = std::string(folder) + "/description.xml";
+    int types = 0;
+    for (const ZipEntry& entry : archive->entries()) {
+        if (!entry.name.ends_with(".gdtf")) continue;
+        std::ofstream(path, std::ios::binary) << *open_zip(*archive->read(entry.name))->read("description.xml");
+        const std::string command =
+            "xmllint --noout --schema '" + (*formats / "gdtf/gdtf.xsd").string() + "' " + path + " >/dev/null";
+        EXPECT_EQ(std::system(command.c_str()), 0) << entry.name;
+        ++types;
+    }
+    EXPECT_EQ(types, 5) << "one for each roll";
+    std::filesystem::remove_all(folder);
 }
 
 // The checker finds what it is there for.

@@ -112,10 +112,11 @@ private:
     }
 
     void matrix(const pugi::xml_node& node) {
-        static const std::regex form(R"(\{([^{}]*)\}\{([^{}]*)\}\{([^{}]*)\}\{([^{}]*)\})");
+        static const std::regex form(R"(\{([^{}]*)\}\{([^{}]*)\}\{([^{}]*)\}\{([^{}]*)\})"), decimals("[{}0-9.,-]*");
         const std::string text = node.child_value("Matrix");
         std::smatch parts;
         if (!std::regex_match(text, parts, form)) return require(false, "no 4x3 matrix: " + text);
+        require(std::regex_match(text, decimals), "an exponent: " + text);
         double m[4][3] = {};
         for (std::size_t r = 0; r < 4; ++r) {
             const std::string row = parts[r + 1];
@@ -220,6 +221,13 @@ private:
             fault(geometries.insert(one.node().attribute("Name").value()).second, "a geometry's name twice");
             fault(models.contains(one.node().attribute("Model").value()), "a geometry's model");
         }
+        // matrixtype and dmxtype of the standard's XML schema.
+        static const std::regex matrix(R"((\{-?[0-9]+\.?[0-9]*(,-?[0-9]+\.?[0-9]*){3}\}){4})"),
+            dmx("[0-9]+/[1-9][0-9]*s?");
+        for (const auto& one : own.select_nodes("Geometries//@Position"))
+            fault(std::regex_match(one.attribute().value(), matrix), one.attribute().value());
+        for (const auto& one : own.select_nodes("DMXModes//@DMXFrom | DMXModes//@Default"))
+            fault(std::regex_match(one.attribute().value(), dmx), one.attribute().value());
         const auto beams = own.select_nodes("Geometries//Beam");
         fault(beams.size() == 1, "one beam");
         for (const auto& beam : beams) {
