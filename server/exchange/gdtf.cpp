@@ -38,6 +38,8 @@ constexpr auto kStandardColors = std::to_array<StandardColor>({
     {"UV", {0.176, 0.005, 0.6}},
 });
 
+constexpr const char* kNoNumber = "a value is no number: its default stands";
+
 bool same_letters(std::string_view a, std::string_view b) {
     const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
     return a.size() == b.size() &&
@@ -65,13 +67,22 @@ std::string model_entry(std::span<const std::string> entries, const std::string&
     return {};
 }
 
+// Result: of the attribute `Color`; a text that is none is noted.
+std::optional<Color> noted_color(GdtfRead& read, const pugi::xml_node& node, const std::string& name) {
+    const std::string_view text = attribute_of(node, "Color");
+    const auto color = color_of(text);
+    if (!color && !text.empty() && text != "None")
+        read.note(Outcome::left_out, "a colour is none", written(name, "Color", text));
+    return color;
+}
+
 void read_models(GdtfRead& read, std::span<const std::string> entries) {
     for (const pugi::xml_node node : read.root.child("Models").children("Model")) {
         Model model;
         model.name = text_of(node, "Name");
         const char* sides[] = {"Length", "Width", "Height"};
         for (int i = 0; i < 3; ++i) {
-            const double side = exchange::number_of(node, sides[i]).value_or(0.0);
+            const double side = read.number(node, sides[i], model.name).value_or(0.0);
             if (side >= 0.0 && side <= 1e4)
                 model.size_m[i] = side;
             else
@@ -94,7 +105,7 @@ void read_wheels(GdtfRead& read, std::span<const std::string> entries) {
         for (const pugi::xml_node child : node.children("Slot")) {
             Slot slot;
             slot.name = text_of(child, "Name");
-            slot.color = color_of(attribute_of(child, "Color"));
+            slot.color = noted_color(read, child, wheel.name + ": " + slot.name);
             if (const int filter = index_of(read.type.filters, attribute_of(child, "Filter")); filter >= 0)
                 slot.color = read.type.filters[filter].color;
             if (const std::string picture = text_of(child, "MediaFileName"); !picture.empty()) {
@@ -115,7 +126,7 @@ void read_wheels(GdtfRead& read, std::span<const std::string> entries) {
 void read_physics(GdtfRead& read) {
     const pugi::xml_node physics = read.root.child("PhysicalDescriptions");
     const auto add = [&](std::vector<NamedColor>& list, const pugi::xml_node& node) {
-        list.push_back({text_of(node, "Name"), color_of(attribute_of(node, "Color"))});
+        list.push_back({text_of(node, "Name"), noted_color(read, node, text_of(node, "Name"))});
         if (!list.back().color)
             read.note(Outcome::defaulted, "an emitter or filter has no colour: that of its attribute",
                       list.back().name);
@@ -126,9 +137,10 @@ void read_physics(GdtfRead& read) {
         DmxProfile profile{text_of(node, "Name"), {}, false};
         for (const pugi::xml_node child : node.children("Point")) {
             ProfilePoint point;
-            point.at = exchange::number_of(child, "DMXPercentage").value_or(0.0);
+            point.at = read.number(child, "DMXPercentage", profile.name).value_or(0.0);
             const char* names[] = {"CFC0", "CFC1", "CFC2", "CFC3"};
-            for (std::size_t i = 0; i < 4; ++i) point.cubic[i] = exchange::number_of(child, names[i]).value_or(0.0);
+            for (std::size_t i = 0; i < 4; ++i)
+                point.cubic[i] = read.number(child, names[i], profile.name).value_or(0.0);
             profile.points.push_back(point);
         }
         std::stable_sort(profile.points.begin(), profile.points.end(),
@@ -139,7 +151,7 @@ void read_physics(GdtfRead& read) {
         read.type.profiles.push_back(std::move(profile));
     }
     for (const pugi::xml_node node : read.root.child("AttributeDefinitions").child("Attributes").children("Attribute"))
-        if (const auto color = color_of(attribute_of(node, "Color")))
+        if (const auto color = noted_color(read, node, text_of(node, "Name")))
             read.type.attribute_colors.emplace(text_of(node, "Name"), *color);
 }
 
@@ -162,13 +174,32 @@ std::optional<Error> read_modes(GdtfRead& read) {
 
 }  // namespace
 
+std::string written(std::string_view name, const char* attribute, std::string_view value) {
+    return std::string(name) + " " + attribute + "=" + shown_text(exchange::trimmed(value));
+}
+
+std::optional<double> GdtfRead::number(const pugi::xml_node& node, const char* attribute, std::string_view name) {
+    const std::string_view text = attribute_of(node, attribute);
+    const auto value = exchange::number_of(text);
+    if (!value && !text.empty()) note(Outcome::defaulted, kNoNumber, written(name, attribute, text));
+    return value;
+}
+
+std::optional<long long> GdtfRead::whole_number(const pugi::xml_node& node, const char* attribute,
+                                                std::string_view name) {
+    const std::string_view text = attribute_of(node, attribute);
+    const auto value = exchange::whole_number_of(text);
+    if (!value && !text.empty()) note(Outcome::defaulted, kNoNumber, written(name, attribute, text));
+    return value;
+}
+
 std::optional<Color> color_of(std::string_view text) {
     double numbers[3];
     std::size_t count = 0;
-    for (std::size_t at = 0; at <= text.size() && count < 3; ++count) {
+    for (std::size_t at = 0; at <= text.size(); ++count) {
         const std::size_t end = std::min(text.find(',', at), text.size());
         const auto number = exchange::number_of(text.substr(at, end - at));
-        if (!number) return std::nullopt;
+        if (!number || count == 3) return std::nullopt;
         numbers[count] = *number;
         at = end + 1;
     }

@@ -18,12 +18,12 @@ Beam read_beam(GdtfRead& read, const pugi::xml_node& node) {
     const std::string_view name = exchange::attribute_of(node, "Name");
     // Takes a number from low to high; `factor` brings it to the value's unit.
     const auto take = [&](Given<double>& value, const char* attribute, double low, double high, double factor = 1.0) {
-        const auto number = exchange::number_of(node, attribute);
+        const auto number = read.number(node, attribute, name);
         if (number && *number >= low && *number <= high) {
             value = {*number * factor, false};
-        } else if (!exchange::attribute_of(node, attribute).empty()) {
+        } else if (number) {
             read.note(exchange::Outcome::defaulted, "a beam's value is out of range",
-                      std::string(name) + " " + attribute);
+                      written(name, attribute, exchange::attribute_of(node, attribute)));
         }
     };
     constexpr double kDegree = std::numbers::pi / 180.0;

@@ -24,7 +24,8 @@ std::vector<int> offsets_of(GdtfRead& read, std::string_view text, std::string_v
         const auto offset = exchange::whole_number_of(text.substr(at, end - at));
         at = end + 1;
         if (!offset || *offset < 1 || *offset > kMostSlot) {
-            read.note(Outcome::left_out, "a channel's offset is no slot of a break: the channel is virtual", channel);
+            read.note(Outcome::left_out, "a channel's offset is no slot of a break: the channel is virtual",
+                      written(channel, "Offset", text));
             return {};
         }
         if (offsets.size() == kMaxChannelBytes) {
@@ -36,9 +37,14 @@ std::vector<int> offsets_of(GdtfRead& read, std::string_view text, std::string_v
     return offsets;
 }
 
-std::uint32_t value_of(const pugi::xml_node& node, const char* attribute, int bytes, std::uint32_t fallback) {
-    const auto value = dmx_value(attribute_of(node, attribute));
-    return value ? in_bytes(*value, bytes) : fallback;
+// Result: the attribute's DMX value; nothing where it is missing, or where it is none: that is noted with `name`.
+std::optional<std::uint32_t> value_of(GdtfRead& read, const pugi::xml_node& node, const char* attribute, int bytes,
+                                      std::string_view name) {
+    const std::string_view text = attribute_of(node, attribute);
+    if (const auto value = dmx_value(text)) return in_bytes(*value, bytes);
+    if (!text.empty() && text != "None")
+        read.note(Outcome::defaulted, "a value is no DMX value: its default stands", written(name, attribute, text));
+    return std::nullopt;
 }
 
 int named_index(GdtfRead& read, int index, std::string_view name, const char* what, std::string_view function) {
@@ -46,15 +52,17 @@ int named_index(GdtfRead& read, int index, std::string_view name, const char* wh
     return index;
 }
 
-ChannelFunction read_function(GdtfRead& read, const pugi::xml_node& node, int bytes) {
+// channel: its name.
+ChannelFunction read_function(GdtfRead& read, const pugi::xml_node& node, int bytes, const std::string& channel) {
     ChannelFunction function;
     function.attribute = std::string(attribute_of(node, "Attribute"));
     if (function.attribute.empty()) function.attribute = "NoFeature";
     function.name = std::string(attribute_of(node, "Name"));
-    function.from = value_of(node, "DMXFrom", bytes, 0);
-    function.default_value = value_of(node, "Default", bytes, 0);
-    function.physical_from = exchange::number_of(node, "PhysicalFrom").value_or(0.0);
-    function.physical_to = exchange::number_of(node, "PhysicalTo").value_or(1.0);
+    const std::string path = channel + "." + (function.name.empty() ? function.attribute : function.name);
+    function.from = value_of(read, node, "DMXFrom", bytes, path).value_or(0);
+    function.default_value = value_of(read, node, "Default", bytes, path).value_or(0);
+    function.physical_from = read.number(node, "PhysicalFrom", path).value_or(0.0);
+    function.physical_to = read.number(node, "PhysicalTo", path).value_or(1.0);
     const FixtureType& type = read.type;
     const auto refer = [&](const auto& items, const char* attribute, const char* what) {
         const std::string_view name = attribute_of(node, attribute);
@@ -68,11 +76,12 @@ ChannelFunction read_function(GdtfRead& read, const pugi::xml_node& node, int by
         if (++read.functions > kMaxFunctions) break;  // the caller refuses
         ChannelSet set;
         set.name = std::string(attribute_of(child, "Name"));
-        set.from = value_of(child, "DMXFrom", bytes, function.from);
-        const auto from = exchange::number_of(child, "PhysicalFrom"), to = exchange::number_of(child, "PhysicalTo");
+        const std::string set_path = path + "." + set.name;
+        set.from = value_of(read, child, "DMXFrom", bytes, set_path).value_or(function.from);
+        const auto from = read.number(child, "PhysicalFrom", set_path), to = read.number(child, "PhysicalTo", set_path);
         if (from && to) set.physical = {*from, *to};
         set.slot = static_cast<int>(
-            std::clamp(exchange::whole_number_of(attribute_of(child, "WheelSlotIndex")).value_or(0), 0ll, 100'000ll));
+            std::clamp(read.whole_number(child, "WheelSlotIndex", set_path).value_or(0), 0ll, 100'000ll));
         function.sets.push_back(std::move(set));
     }
     std::stable_sort(function.sets.begin(), function.sets.end(),
@@ -128,7 +137,7 @@ Result<Channel> read_channel(GdtfRead& read, const pugi::xml_node& node) {
     channel.dmx_break =
         dmx_break == "Overwrite"
             ? 0
-            : static_cast<int>(std::clamp(exchange::whole_number_of(dmx_break).value_or(1), 1ll, 512ll));
+            : static_cast<int>(std::clamp(read.whole_number(node, "DMXBreak", channel.name).value_or(1), 1ll, 512ll));
     const std::string_view initial = attribute_of(node, "InitialFunction");
     int logical = 0;
     for (const pugi::xml_node one : node.children("LogicalChannel")) {
@@ -138,7 +147,7 @@ Result<Channel> read_channel(GdtfRead& read, const pugi::xml_node& node) {
                 return Error{"too_large", "DMXModes", channel.name,
                              "a channel has at most " + std::to_string(kMaxChannelFunctions) + " functions"};
             ++read.functions;
-            ChannelFunction function = read_function(read, child, channel.bytes);
+            ChannelFunction function = read_function(read, child, channel.bytes, channel.name);
             if (read.functions > kMaxFunctions) return too_many("functions and sets", kMaxFunctions, channel.name);
             if (function.name.empty()) function.name = function.attribute + " " + std::to_string(number);
             function.logical = logical;
@@ -152,6 +161,34 @@ Result<Channel> read_channel(GdtfRead& read, const pugi::xml_node& node) {
     }
     if (channel.functions.empty()) read.note(Outcome::left_out, "a channel has no function", channel.name);
     return channel;
+}
+
+// DMXChannel@Default, of GDTF before 1.0: the default of functions that have none. Where there is no InitialFunction
+// either, the function that the value lies in is the initial one, at that value.
+void set_channel_default(GdtfRead& read, const pugi::xml_node& node, Channel& channel) {
+    const auto value = value_of(read, node, "Default", channel.bytes, channel.name);
+    if (!value) return;
+    std::vector<ChannelFunction>& functions = channel.functions;
+    std::size_t at = 0;
+    bool counts = false;
+    for (const pugi::xml_node logical : node.children("LogicalChannel"))
+        for (const pugi::xml_node child : logical.children("ChannelFunction")) {
+            ChannelFunction& function = functions[at++];
+            if (child.attribute("Default")) continue;
+            function.default_value = *value;
+            counts = true;
+        }
+    if (attribute_of(node, "InitialFunction").empty()) {
+        const auto has = [&](const ChannelFunction& one) { return one.from <= *value && *value <= one.to; };
+        if (const auto found = std::find_if(functions.begin(), functions.end(), has); found != functions.end()) {
+            channel.initial = static_cast<int>(found - functions.begin());
+            found->default_value = *value;
+            counts = true;
+        }
+    }
+    if (counts)
+        read.note(Outcome::guessed, "a channel's own Default, of GDTF before 1.0, counts",
+                  written(channel.name, "Default", attribute_of(node, "Default")));
 }
 
 // In the order of the channels' functions, as read_channel has read them.
@@ -174,11 +211,13 @@ void set_masters(GdtfRead& read, const pugi::xml_node& channels, Mode& mode) {
                     continue;
                 }
                 const int bytes = mode.channels[function.master].bytes;
-                function.mode_from = value_of(child, "ModeFrom", bytes, 0);
-                function.mode_to = value_of(child, "ModeTo", bytes, 0);
+                const std::string path = channel.name + "." + function.name;
+                function.mode_from = value_of(read, child, "ModeFrom", bytes, path).value_or(0);
+                function.mode_to = value_of(read, child, "ModeTo", bytes, path).value_or(0);
             }
         }
         set_ends(channel);
+        set_channel_default(read, node, channel);
     }
 }
 

@@ -33,15 +33,17 @@ Result<std::span<const ReferenceBreak>> breaks_of(GdtfRead& read, const pugi::xm
     const auto [at, fresh] = read.breaks.try_emplace(reference);
     std::vector<ReferenceBreak>& breaks = at->second;
     if (!fresh) return std::span<const ReferenceBreak>(breaks);
+    const std::string_view name = exchange::attribute_of(reference, "Name");
     for (const pugi::xml_node node : reference.children("Break")) {
         if (breaks.size() == kMaxBreaks)
-            return Error{"too_large", "Geometries", std::string(exchange::attribute_of(reference, "Name")),
+            return Error{"too_large", "Geometries", std::string(name),
                          "a reference has at most " + std::to_string(kMaxBreaks) + " breaks"};
         ReferenceBreak one;
-        one.dmx_break = static_cast<int>(
-            std::clamp(exchange::whole_number_of(exchange::attribute_of(node, "DMXBreak")).value_or(1), 1ll, 512ll));
-        one.offset = static_cast<int>(
-            std::clamp(exchange::whole_number_of(exchange::attribute_of(node, "DMXOffset")).value_or(1), 1ll, 512ll));
+        const auto number = [&](const char* attribute) {
+            return static_cast<int>(std::clamp(read.whole_number(node, attribute, name).value_or(1), 1ll, 512ll));
+        };
+        one.dmx_break = number("DMXBreak");
+        one.offset = number("DMXOffset");
         breaks.push_back(one);
     }
     return std::span<const ReferenceBreak>(breaks);
@@ -57,9 +59,10 @@ const std::vector<pugi::xml_node>& geometries_of(GdtfRead& read, const pugi::xml
 }
 
 glm::dmat4 position_of(GdtfRead& read, const pugi::xml_node& node, std::string_view name) {
-    const auto position = exchange::gdtf_matrix(exchange::attribute_of(node, "Position"));
+    const std::string_view text = exchange::attribute_of(node, "Position");
+    const auto position = exchange::gdtf_matrix(text);
     if (position.state == MatrixState::bad)
-        read.note(Outcome::defaulted, "a position is no matrix: there is no offset", name);
+        read.note(Outcome::defaulted, "a position is no matrix: there is no offset", written(name, "Position", text));
     if (position.state == MatrixState::singular)
         read.note(Outcome::guessed, "a position's axes span no space: it does not turn", name);
     return position.matrix;

@@ -28,6 +28,10 @@ struct GdtfRead {
     void note(exchange::Outcome outcome, const char* what, std::string_view name) {
         type.report.add(outcome, what, name);
     }
+    // Result: the attribute's number; nothing where it is missing, or where it is none: that is noted with `name`, of
+    // the element.
+    std::optional<double> number(const pugi::xml_node& node, const char* attribute, std::string_view name);
+    std::optional<long long> whole_number(const pugi::xml_node& node, const char* attribute, std::string_view name);
 };
 
 // The tree of a mode's geometry, with the breaks of each reference by its index. They are GdtfRead's.
@@ -40,7 +44,10 @@ std::optional<Error> read_channels(GdtfRead& read, const pugi::xml_node& node, M
 // Fills the table of top-level geometries.
 void find_top_level(GdtfRead& read);
 
+// Result: of "x,y,Y"; nothing where it is anything else, or no colour.
 std::optional<Color> color_of(std::string_view text);
+// Result: what a note names of a value that is none: "Lens LuminousFlux=10000,75".
+std::string written(std::string_view name, const char* attribute, std::string_view value);
 // Result: the index of the item of this name; -1 where there is none. Empty and "None" name nothing.
 template <typename Items>
 int index_of(const Items& items, std::string_view name) {

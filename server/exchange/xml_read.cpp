@@ -5,6 +5,23 @@
 #include <cmath>
 
 namespace gonio::exchange {
+namespace {
+
+template <typename T>
+std::optional<T> whole_text(std::string_view text) {
+    text = trimmed(text);
+    if (text.starts_with('+')) {
+        text.remove_prefix(1);
+        if (text.starts_with('-')) return std::nullopt;
+    }
+    T value{};
+    const char* const end = text.data() + text.size();
+    const auto parsed = std::from_chars(text.data(), end, value);
+    if (parsed.ec != std::errc() || parsed.ptr != end) return std::nullopt;
+    return value;
+}
+
+}  // namespace
 
 Result<bool> read_xml(std::string_view text, const char* code, pugi::xml_document& document) {
     if (text.size() > kMaxXmlBytes)
@@ -29,20 +46,12 @@ std::string_view trimmed(std::string_view text) {
 }
 
 std::optional<double> number_of(std::string_view text) {
-    text = trimmed(text);
-    if (text.starts_with('+')) text.remove_prefix(1);
-    double value = 0.0;
-    if (std::from_chars(text.data(), text.data() + text.size(), value).ec != std::errc()) return std::nullopt;
-    if (!std::isfinite(value)) return std::nullopt;
-    return value;
+    const auto value = whole_text<double>(text);
+    return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 std::optional<long long> whole_number_of(std::string_view text) {
-    text = trimmed(text);
-    if (text.starts_with('+')) text.remove_prefix(1);
-    long long value = 0;
-    if (std::from_chars(text.data(), text.data() + text.size(), value).ec != std::errc()) return std::nullopt;
-    return value;
+    return whole_text<long long>(text);
 }
 
 std::optional<double> number_of(const pugi::xml_node& node, const char* attribute) {

@@ -18,8 +18,8 @@ inline constexpr std::size_t kMaxXmlMarks = 4'000'000;  // of '<' and '=': some 
 // as place, "too_large".
 Result<bool> read_xml(std::string_view text, const char* code, pugi::xml_document& document);
 
-// Result: the number that the text begins with, blanks before it left out; nothing where there is none, or where it is
-// not finite. Whatever the locale, the decimal point is a point.
+// Result: the number that the whole text is, blanks on both sides left out; nothing where it is anything else ("2,5",
+// "0x10", "1 m"), or where it is not finite. Whatever the locale, the decimal point is a point.
 std::optional<double> number_of(std::string_view text);
 std::optional<long long> whole_number_of(std::string_view text);
 // Result: the attribute's number, or nothing where it has none or is missing.

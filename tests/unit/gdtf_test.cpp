@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <numbers>
 
@@ -58,6 +59,65 @@ TEST(Gdtf, WhatIsNoPositionIsNamed) {
     EXPECT_EQ(glm::dvec3(type.modes[0].geometries[1].parent_from_geometry[3]), glm::dvec3(7, 8, 9));
     EXPECT_EQ(type.report.count(Outcome::defaulted, "a position is no matrix: there is no offset"), 2u);
     EXPECT_EQ(type.report.count(Outcome::guessed, "a position's axes span no space: it does not turn"), 1u);
+}
+
+// DIN SPEC 15800: floats have a decimal point. The defaults are those of its tables: 10,000 lm, 0.05 m, 0 to 1, break
+// 1, offset 1; a model without a size keeps its own.
+TEST(Gdtf, NumbersWithTextBehindThemAreNoneAndAreNamed) {
+    const FixtureType type = type_of(
+        {.geometries =
+             "<Geometry Name='A'><Beam Name='Lens' LuminousFlux='10000,75' BeamRadius='0,07' BeamAngle='15 deg' "
+             "FieldAngle=' 40.5 '/><GeometryReference Name='R' Geometry='C'><Break DMXBreak='2;' "
+             "DMXOffset='0x5'/></GeometryReference></Geometry><Geometry Name='C'/>",
+         .modes = mode_text("A", channel_text("A", "Pan", "1", "5,5", "5.5.5") + channel_text("A", "Tilt", "2;3") +
+                                     channel_text("A", "Zoom", "4 5") +
+                                     "<DMXChannel Offset='6' Geometry='A' DMXBreak='1,5'><LogicalChannel "
+                                     "Attribute='Gobo1'><ChannelFunction Name='G' Attribute='Gobo1' DMXFrom='7,5/1' "
+                                     "Default='255'><ChannelSet Name='S' DMXFrom='10/1' PhysicalFrom='1,5' "
+                                     "PhysicalTo='2' WheelSlotIndex='3.'/></ChannelFunction></LogicalChannel>"
+                                     "</DMXChannel>"),
+         .wheels = "<Wheel Name='W'><Slot Name='Red' Color='0,64;0,33;21'/><Slot Name='More' Color='0.3,0.3,50,7'/>"
+                   "</Wheel>",
+         .physics = "<DMXProfiles><DMXProfile Name='P'><Point DMXPercentage='0,5' CFC1='1,5'/></DMXProfile>"
+                    "</DMXProfiles>",
+         .models = "<Model Name='M' Length='0,3' Width='0.3' Height='+0.25'/>"});
+    const gdtf::Mode& mode = type.modes.at(0);
+    const gdtf::Beam& beam = *mode.geometries.at(1).beam;
+    EXPECT_EQ(beam.flux_lm.value, 10000.0);
+    EXPECT_TRUE(beam.flux_lm.defaulted);
+    EXPECT_EQ(beam.radius_m.value, 0.05);
+    EXPECT_NEAR(beam.beam_angle_rad.value, 25.0 * std::numbers::pi / 180.0, 1e-12);
+    EXPECT_NEAR(beam.field_angle_rad.value, 40.5 * std::numbers::pi / 180.0, 1e-12);
+    EXPECT_EQ(type.models.at(0).size_m, glm::dvec3(0.0, 0.3, 0.25));
+    const gdtf::ChannelFunction& pan = mode.channels.at(0).functions.at(0);
+    EXPECT_EQ(pan.physical_from, 0.0);
+    EXPECT_EQ(pan.physical_to, 1.0);
+    EXPECT_TRUE(mode.channels.at(1).offsets.empty());
+    EXPECT_TRUE(mode.channels.at(2).offsets.empty());
+    EXPECT_EQ(mode.channels.at(3).dmx_break, 1);
+    const gdtf::ChannelFunction& gobo = mode.channels[3].functions.at(0);
+    EXPECT_EQ(gobo.from, 0u);
+    EXPECT_EQ(gobo.default_value, 255u);
+    EXPECT_FALSE(gobo.sets.at(0).physical);
+    EXPECT_EQ(gobo.sets[0].slot, 0);
+    EXPECT_FALSE(type.wheels.at(0).slots.at(0).color);
+    EXPECT_FALSE(type.wheels[0].slots.at(1).color);
+    EXPECT_EQ(type.profiles.at(0).points.at(0).cubic[1], 0.0);
+    const std::string what = "a value is no number: its default stands";
+    EXPECT_EQ(type.report.count(Outcome::defaulted, what), 13u);
+    std::vector<std::string> named;
+    for (const exchange::ImportNote& note : type.report.notes)
+        if (note.what == what) named = note.names;
+    EXPECT_EQ(named, (std::vector<std::string>{"P DMXPercentage=0,5", "P CFC1=1,5", "M Length=0,3",
+                                               "Lens LuminousFlux=10000,75", "Lens BeamAngle=15 deg",
+                                               "Lens BeamRadius=0,07", "R DMXBreak=2;", "R DMXOffset=0x5"}));
+    const auto lines = exchange::report_lines(type.report);
+    for (const char* line :
+         {"defaulted: a value is no DMX value: its default stands: \"A_Gobo1.G DMXFrom=7,5/1\"",
+          "left out: a channel's offset is no slot of a break: the channel is virtual: \"A_Tilt Offset=2;3\", "
+          "\"A_Zoom Offset=4 5\"",
+          "left out: a colour is none: \"W: Red Color=0,64;0,33;21\", \"W: More Color=0.3,0.3,50,7\""})
+        EXPECT_EQ(std::count(lines.begin(), lines.end(), line), 1) << line;
 }
 
 TEST(Gdtf, ModesWalkFromTheirOwnGeometryAndExpandReferences) {
@@ -201,6 +261,30 @@ TEST(Gdtf, FunctionsEndBelowTheNext) {
     EXPECT_EQ(channel.functions[1].to, 191u);
     EXPECT_EQ(channel.functions[2].to, 255u);
     EXPECT_EQ(channel.initial, 2);
+}
+
+// GDTF before 1.0 has Default at the DMXChannel; since then it is the function's, and the channel names that function.
+TEST(Gdtf, AChannelsOwnDefaultCountsWhereFunctionsHaveNone) {
+    const auto channel = [](const std::string& of_channel, const std::string& of_functions) {
+        return "<DMXChannel Offset='1' Geometry='A' " + of_channel +
+               "><LogicalChannel Attribute='Shutter1'><ChannelFunction Name='Closed' Attribute='Shutter1' "
+               "DMXFrom='0/1' " +
+               of_functions + "/><ChannelFunction Name='Open' Attribute='Shutter1' DMXFrom='128/1' " + of_functions +
+               "/></LogicalChannel></DMXChannel>";
+    };
+    const auto start = [&](const std::string& of_channel, const std::string& of_functions, std::size_t noted) {
+        const FixtureType type =
+            type_of({.geometries = "<Geometry Name='A'/>", .modes = mode_text("A", channel(of_channel, of_functions))});
+        EXPECT_EQ(type.report.count(Outcome::guessed, "a channel's own Default, of GDTF before 1.0, counts"), noted);
+        const gdtf::Channel& read = type.modes.at(0).channels.at(0);
+        return read.functions.at(static_cast<std::size_t>(read.initial)).default_value;
+    };
+    EXPECT_EQ(start("", "", 0), 0u);
+    EXPECT_EQ(start("Default='200/1'", "", 1), 200u);
+    EXPECT_EQ(start("Default='51400/2'", "", 1), 200u) << "0xC8C8";
+    EXPECT_EQ(start("Default='200/1' InitialFunction='A_Shutter1.Shutter1.Closed'", "Default='7/1'", 0), 7u);
+    EXPECT_EQ(start("Default='9/1' InitialFunction='A_Shutter1.Shutter1.Closed'", "", 1), 9u);
+    EXPECT_EQ(start("Default='200,5/1'", "", 0), 0u) << "no value";
 }
 
 TEST(Gdtf, AChannelHasAtMost4096Functions) {
