@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -38,6 +39,10 @@ constexpr auto kKinds = std::to_array<KindRow>({
 constexpr auto kUnread = std::to_array<const char*>(
     {"Alignments", "Overwrites", "Connections", "Mappings", "Gobo", "Protocols", "Sources", "Projections"});
 
+auto row_of(const pugi::xml_node& node) {
+    return std::find_if(kKinds.begin(), kKinds.end(), [&](const KindRow& one) { return one.element == node.name(); });
+}
+
 using Table = std::map<std::string, int, std::less<>>;
 
 // A Geometry3D or a Symbol, read once however often it is shown.
@@ -46,9 +51,9 @@ struct Part {
     std::string_view file;      // of a Geometry3D, as written
     EntryIndex::Found found{};  // its file
     bool is_symbol = false;
-    std::string uuid{};        // of a Symbol's Symdef
-    Symdef* symdef = nullptr;  // null: it is not defined
-    bool has_matrix = false;
+    std::string uuid{};            // of a Symbol's Symdef
+    Symdef* symdef = nullptr;      // null: it is not defined
+    pugi::xml_node matrix_node{};  // or null
     exchange::ReadMatrix matrix{};
 };
 struct Symdef {
@@ -80,19 +85,26 @@ struct Reading {
     }
 };
 
-glm::dmat4 noted_matrix(Reading& reading, const exchange::ReadMatrix& read, bool has_matrix, std::string_view name) {
-    if (read.state == MatrixState::empty && has_matrix)
+// Result: what a note names of an object's value that is none.
+std::string written(std::string_view name, const char* element, std::string_view value) {
+    return std::string(name) + " " + element + "=" + shown_text(exchange::trimmed(value));
+}
+
+// node: the Matrix, or null.
+glm::dmat4 noted_matrix(Reading& reading, const exchange::ReadMatrix& read, const pugi::xml_node& node,
+                        std::string_view name) {
+    if (read.state == MatrixState::empty && node)
         reading.note(Outcome::defaulted, "an empty matrix: it is where its parent is", name);
     if (read.state == MatrixState::bad)
-        reading.note(Outcome::defaulted, "a matrix is not of numbers: it is where its parent is", name);
+        reading.note(Outcome::defaulted, "a matrix is not of numbers: it is where its parent is",
+                     written(name, "Matrix", node.text().get()));
     if (read.state == MatrixState::singular)
         reading.note(Outcome::guessed, "a matrix's axes span no space: only its position was taken", name);
     return read.matrix;
 }
 
 glm::dmat4 matrix_of(Reading& reading, const pugi::xml_node& node, std::string_view name) {
-    const pugi::xml_node matrix = node.child("Matrix");
-    return noted_matrix(reading, exchange::mvr_matrix(child_text(node, "Matrix")), !matrix.empty(), name);
+    return noted_matrix(reading, exchange::mvr_matrix(child_text(node, "Matrix")), node.child("Matrix"), name);
 }
 
 void add_list(const pugi::xml_node& scene, const char* element, std::vector<Named>& list, Table* table) {
@@ -102,15 +114,36 @@ void add_list(const pugi::xml_node& scene, const char* element, std::vector<Name
     }
 }
 
-// Adds the Geometry3D and Symbol elements below `node`. name: of the object that shows them.
-std::optional<Error> read_parts(Reading& reading, const pugi::xml_node& node, std::string_view name,
+// Notes the elements below `node` that are not read: all but those of `read`, and any of those but its first.
+// of: what the node is. name: its own.
+void note_unread(Reading& reading, const pugi::xml_node& node, std::span<const std::string_view> read,
+                 const std::string& of, std::string_view name) {
+    std::set<std::string_view> seen;
+    for (const pugi::xml_node child : node.children()) {
+        if (child.type() != pugi::node_element) continue;
+        const std::string_view element = child.name();
+        const bool known = std::find(read.begin(), read.end(), element) != read.end();
+        if (known && seen.insert(element).second) continue;
+        const std::string_view own = attribute_of(child, "name");
+        reading.note(Outcome::left_out, (known ? "a further " : "") + shown_text(element) + " of " + of,
+                     own.empty() ? name : own);
+    }
+}
+
+// Adds the Geometry3D and Symbol elements below `node`, a list of `of`. name: of the object that shows them.
+std::optional<Error> read_parts(Reading& reading, const pugi::xml_node& node, const char* of, std::string_view name,
                                 std::vector<Part>& parts) {
+    const pugi::xml_node list = node.child("ChildList");  // of a symbol
     for (const pugi::xml_node child : node.children()) {
         const std::string_view element = child.name();
-        if (element != "Geometry3D" && element != "Symbol") continue;
+        if (element != "Geometry3D" && element != "Symbol") {
+            if (child.type() == pugi::node_element && child != list)
+                reading.note(Outcome::left_out, shown_text(element) + " of " + of, name);
+            continue;
+        }
         if (auto error = reading.counted(reading.parts, name)) return error;
         Part part;
-        part.has_matrix = !child.child("Matrix").empty();
+        part.matrix_node = child.child("Matrix");
         part.matrix = exchange::mvr_matrix(child_text(child, "Matrix"));
         if (element == "Geometry3D") {
             part.file = attribute_of(child, "fileName");
@@ -139,7 +172,7 @@ std::optional<Error> add_models(Reading& reading, const std::vector<Part>& parts
             }
             if (!part.found.as_written)
                 reading.note(Outcome::guessed, "a model's file was found by another name", part.file);
-            const glm::dmat4 here = world * noted_matrix(reading, part.matrix, part.has_matrix, part.file);
+            const glm::dmat4 here = world * noted_matrix(reading, part.matrix, part.matrix_node, part.file);
             reading.show.models.push_back({object, part.found.entry, exchange::scene_matrix(here)});
         } else if (part.symdef == nullptr) {
             reading.note(Outcome::left_out, "a symbol is not defined", part.uuid.empty() ? name : part.uuid);
@@ -153,15 +186,24 @@ std::optional<Error> add_models(Reading& reading, const std::vector<Part>& parts
                 symdef.parts.emplace();
                 // Its list stands in a ChildList, or without one.
                 for (const pugi::xml_node list : {symdef.node, symdef.node.child("ChildList")})
-                    if (auto error = read_parts(reading, list, name, *symdef.parts)) return error;
+                    if (auto error = read_parts(reading, list, "a symbol", symdef.name, *symdef.parts)) return error;
             }
-            const glm::dmat4 here = world * noted_matrix(reading, part.matrix, part.has_matrix, name);
+            const glm::dmat4 here = world * noted_matrix(reading, part.matrix, part.matrix_node, name);
             reading.open.push_back(&symdef);
             if (auto error = add_models(reading, *symdef.parts, object, here, depth + 1)) return error;
             reading.open.pop_back();
         }
     }
     return std::nullopt;
+}
+
+// Result: the whole number that the text is; nothing where it is empty, or none, which is noted.
+std::optional<long long> noted_number(Reading& reading, std::string_view text, const char* element,
+                                      std::string_view name) {
+    const auto number = exchange::whole_number_of(text);
+    if (!number && !text.empty())
+        reading.note(Outcome::defaulted, "a value is no number: its default stands", written(name, element, text));
+    return number;
 }
 
 void add_patches(Reading& reading, const pugi::xml_node& node, std::string_view name, Fixture& fixture) {
@@ -174,7 +216,7 @@ void add_patches(Reading& reading, const pugi::xml_node& node, std::string_view 
     for (const pugi::xml_node address : node.child("Addresses").children("Address")) {
         // Far ones stay too far, so that one more cannot overflow.
         const long long dmx_break =
-            std::clamp(exchange::whole_number_of(attribute_of(address, "break")).value_or(0), -1ll, 1'000ll);
+            std::clamp(noted_number(reading, attribute_of(address, "break"), "break", name).value_or(0), -1ll, 1'000ll);
         from_zero = from_zero || dmx_break == 0;
         if (written.size() < 512) written.push_back({dmx_break, exchange::trimmed(address.text().get())});
     }
@@ -183,7 +225,7 @@ void add_patches(Reading& reading, const pugi::xml_node& node, std::string_view 
     for (const Written& one : written) {
         const auto address = address_of(one.text);
         if (!address) {
-            if (exchange::whole_number_of(one.text).value_or(-1) != 0)
+            if (exchange::whole_number_of(one.text).value_or(-1) != 0 && one.text != "0.0")
                 reading.note(Outcome::left_out, "an address is none", std::string(name) + ": " + std::string(one.text));
             continue;
         }
@@ -195,6 +237,11 @@ void add_patches(Reading& reading, const pugi::xml_node& node, std::string_view 
         }
         fixture.patches.push_back({static_cast<int>(dmx_break), static_cast<unsigned>(universe), address->address});
     }
+}
+
+// Whether a label is no gel: CIE D65, rounded as exporters do.
+bool is_white(const std::array<double, 3>& color) {
+    return std::abs(color[0] - 0.3127) < 2e-3 && std::abs(color[1] - 0.3290) < 2e-3;
 }
 
 bool is_true(std::string_view text) {
@@ -217,7 +264,7 @@ void add_fixture(Reading& reading, const pugi::xml_node& node, int object, std::
     fixture.fixture_id = std::string(child_text(node, "FixtureID"));
     fixture.custom_id = std::string(child_text(node, "CustomId"));
     fixture.unit_number = std::string(child_text(node, "UnitNumber"));
-    fixture.fixture_id_numeric = exchange::whole_number_of(child_text(node, "FixtureIDNumeric"));
+    fixture.fixture_id_numeric = noted_number(reading, child_text(node, "FixtureIDNumeric"), "FixtureIDNumeric", name);
     if (const auto at = reading.positions.find(plain_uuid(child_text(node, "Position"))); at != reading.positions.end())
         fixture.position = reading.show.positions[static_cast<std::size_t>(at->second)].name;
     if (const std::string_view focus = child_text(node, "Focus"); !focus.empty())
@@ -225,8 +272,13 @@ void add_fixture(Reading& reading, const pugi::xml_node& node, int object, std::
     fixture.invert_pan = is_true(child_text(node, "DMXInvertPan"));
     fixture.invert_tilt = is_true(child_text(node, "DMXInvertTilt"));
     fixture.casts_shadow = !node.child("CastShadow") || is_true(child_text(node, "CastShadow"));
-    if (const auto color = exchange::bracketed_numbers(child_text(node, "Color")); color && color->size() == 3)
+    const std::string_view label = child_text(node, "Color");
+    if (const auto color = exchange::bracketed_numbers(label); color && color->size() == 3)
         fixture.color = {(*color)[0], (*color)[1], (*color)[2]};
+    else if (!label.empty())
+        reading.note(Outcome::left_out, "a fixture's colour is none", written(name, "Color", label));
+    if (fixture.color && !is_white(*fixture.color))
+        reading.note(Outcome::left_out, "Color of a fixture: it lights without a gel", name);
     for (const pugi::xml_node command : node.child("CustomCommands").children("CustomCommand"))
         if (fixture.commands.size() < 256) fixture.commands.emplace_back(exchange::trimmed(command.text().get()));
     add_patches(reading, node, name, fixture);
@@ -239,8 +291,7 @@ void add_fixture(Reading& reading, const pugi::xml_node& node, int object, std::
 std::optional<Error> add_objects(Reading& reading, const pugi::xml_node& list, int layer, int parent,
                                  const glm::dmat4& world, int depth) {
     for (const pugi::xml_node node : list.children()) {
-        const auto row =
-            std::find_if(kKinds.begin(), kKinds.end(), [&](const KindRow& one) { return one.element == node.name(); });
+        const auto row = row_of(node);
         const std::string name(attribute_of(node, "name"));
         if (row == kKinds.end()) {
             if (node.type() == pugi::node_element)
@@ -269,24 +320,39 @@ std::optional<Error> add_objects(Reading& reading, const pugi::xml_node& list, i
             reading.note(Outcome::left_out, "the GDTF file of an object that is no fixture", name);
         }
         if (row->kind == ObjectKind::focus_point) {
+            if (node.child("Geometries").first_child())
+                reading.note(Outcome::left_out, "Geometries of a focus point", name);
             reading.focus.emplace(uuid, static_cast<int>(reading.show.focus_points.size()));
             reading.show.focus_points.push_back(
                 {here, glm::dvec3(reading.show.objects[static_cast<std::size_t>(here)].world_from_object[3])});
         } else {
             std::vector<Part> parts;
-            if (auto error = read_parts(reading, node.child("Geometries"), name, parts)) return error;
+            if (auto error = read_parts(reading, node.child("Geometries"), "an object's Geometries", name, parts))
+                return error;
             if (auto error = add_models(reading, parts, here, own, 0)) return error;
         }
         for (const char* element : kUnread)
             if (const pugi::xml_node unread = node.child(element); unread && unread.first_child())
                 reading.note(Outcome::left_out, std::string(element) + " of an object", name);
-        if (auto error = add_objects(reading, node.child("ChildList"), layer, here, own, depth + 1)) return error;
+        const pugi::xml_node children = node.child("ChildList"), geometries = node.child("Geometries");
+        for (const pugi::xml_node child : node.children()) {
+            const std::string_view element = child.name();
+            if (row_of(child) != kKinds.end())
+                reading.note(Outcome::left_out, std::string(element) + " of an object, outside of its ChildList",
+                             attribute_of(child, "name"));
+            else if ((element == "ChildList" && child != children) || (element == "Geometries" && child != geometries))
+                reading.note(Outcome::left_out, "a further " + std::string(element) + " of an object", name);
+        }
+        if (auto error = add_objects(reading, children, layer, here, own, depth + 1)) return error;
     }
     return std::nullopt;
 }
 
 std::optional<Error> add_layers(Reading& reading, const pugi::xml_node& scene) {
+    static constexpr std::array<std::string_view, 2> kOfScene{"AUXData", "Layers"}, kOfLayer{"Matrix", "ChildList"};
+    note_unread(reading, scene, kOfScene, "a scene", "");
     for (const pugi::xml_node node : scene.child("Layers").children("Layer")) {
+        note_unread(reading, node, kOfLayer, "a layer", attribute_of(node, "name"));
         const std::string name(attribute_of(node, "name"));
         const glm::dmat4 world = matrix_of(reading, node, name);
         glm::dmat4 lift(1.0);
@@ -298,6 +364,29 @@ std::optional<Error> add_layers(Reading& reading, const pugi::xml_node& scene) {
         if (auto error = add_objects(reading, node.child("ChildList"), layer, -1, world, 0)) return error;
     }
     return std::nullopt;
+}
+
+// Fixtures without addresses have those of the fixture that they name, which may name another.
+void add_followed_patches(Reading& reading) {
+    std::vector<Fixture>& fixtures = reading.show.fixtures;
+    std::map<std::size_t, std::size_t> leaders;
+    for (const auto& [fixture, uuid] : reading.followers)
+        if (const auto at = reading.fixtures.find(uuid); at != reading.fixtures.end())
+            leaders.emplace(fixture, at->second);
+    std::set<std::size_t> seen;  // each fixture is walked once: from there on its patch is known
+    for (const auto& [first, leader] : leaders) {
+        std::vector<std::size_t> chain;
+        std::size_t at = first;
+        while (fixtures[at].patches.empty() && leaders.contains(at) && seen.insert(at).second) {
+            chain.push_back(at);
+            at = leaders.at(at);
+        }
+        if (std::find(chain.begin(), chain.end(), at) != chain.end())
+            reading.note(Outcome::left_out, "a multipatch leads back to itself",
+                         reading.show.objects[static_cast<std::size_t>(fixtures[at].object)].name);
+        for (const std::size_t follower : chain)
+            if (follower != at) fixtures[follower].patches = fixtures[at].patches;
+    }
 }
 
 // The user data of Gonio. What is out of range says nothing.
@@ -355,11 +444,7 @@ Result<Show> read_show(std::string_view xml, std::span<const std::string> names,
             show.fixtures[fixture].focus = at->second;
     }
     add_states(reading, root.child("UserData"));
-    for (const auto& [fixture, uuid] : reading.followers) {
-        const auto at = reading.fixtures.find(uuid);
-        if (at != reading.fixtures.end() && show.fixtures[fixture].patches.empty())
-            show.fixtures[fixture].patches = show.fixtures[at->second].patches;
-    }
+    add_followed_patches(reading);
     for (const Fixture& fixture : show.fixtures)
         if (fixture.patches.empty())
             reading.note(Outcome::left_out, "a fixture is not patched",

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "server/exchange/gdtf.h"
 #include "tests/unit/exchange_test_support.h"
 
@@ -78,7 +80,8 @@ TEST(Mvr, AddressesAreAbsoluteOrUniverseAndSlot) {
     is("1", 1, 1);
     is("512", 1, 512);
     is(" 3.45 ", 3, 45);
-    for (const char* text : {"0", "", "a", "-1", "1.0", "1.513", "0.1", "99999999999999"})
+    for (const char* text : {"0", "", "a", "-1", "1.0", "1.513", "0.1", "99999999999999", "2,5", "2/5", "1.1.1", "0x10",
+                             "2 5", "2a", "+-2", "1.2,5"})
         EXPECT_FALSE(mvr::address_of(text)) << text;
 }
 
@@ -122,6 +125,64 @@ TEST(Mvr, AFixtureOfAMultipatchHasTheOthersPatch) {
     EXPECT_EQ(show.report.count(Outcome::left_out, "a fixture is not patched"), 0u);
 }
 
+TEST(Mvr, AMultipatchIsFollowedToItsEnd) {
+    const auto fixture = [](const std::string& name, const std::string& leader, const std::string& address = "") {
+        return "<Fixture name='" + name + "' uuid='" + name + "' multipatch='" + leader + "'><Addresses>" + address +
+               "</Addresses></Fixture>";
+    };
+    const std::string a = fixture("a", "b"), b = fixture("b", "c"), c = fixture("c", "", "<Address>7</Address>");
+    for (const std::string& order : {a + b + c, c + b + a, b + c + a, b + a + c}) {
+        const Show show = show_of(order);
+        for (const mvr::Fixture& one : show.fixtures) EXPECT_EQ(one.patches, (std::vector<mvr::Patch>{{1, 1, 7}}));
+        EXPECT_EQ(show.report.count(Outcome::left_out, "a fixture is not patched"), 0u);
+    }
+    const Show circle = show_of(fixture("tail", "a") + a + b + fixture("c", "a") + fixture("self", "self"));
+    EXPECT_EQ(circle.report.count(Outcome::left_out, "a multipatch leads back to itself"), 2u);
+    EXPECT_EQ(circle.report.count(Outcome::left_out, "a fixture is not patched"), 5u);
+    std::string chain = fixture("n0", "", "<Address>9</Address>");
+    for (int i = 50'000; i > 0; --i) chain += fixture("n" + std::to_string(i), "n" + std::to_string(i - 1));
+    EXPECT_EQ(show_of(chain).fixtures.at(1).patches, (std::vector<mvr::Patch>{{1, 1, 9}}));
+}
+
+// DIN SPEC 15801: a Layer holds Matrix and ChildList; a Symdef Geometry3D and Symbol; a Scene one AUXData and one
+// Layers.
+TEST(Mvr, ElementsInTheWrongPlaceAreCountedByName) {
+    const std::string text =
+        "<GeneralSceneDescription><Scene><AUXData><Symdef name='S' uuid='s'><SceneObject name='In'/><ChildList>"
+        "<Geometries/><Geometries/><Geometry3D fileName='a.3ds'/></ChildList></Symdef></AUXData><Layers><Layer "
+        "name='L'><Fixture name='Stray'/><Truss name='Bar'/><Truss name='Bar 2'/><ChildList><GroupObject name='G'>"
+        "<Fixture name='Lost'/><ChildList/><ChildList/></GroupObject><FocusPoint name='F'><Geometries><Symbol "
+        "symdef='s'/></Geometries>"
+        "</FocusPoint><SceneObject name='O'><Geometries><Symbol symdef='s'/><Symbol symdef='s'/><Sphere/></Geometries>"
+        "</SceneObject><Fixture name='Gel'><Color>0.6,0.3,20</Color></Fixture><Fixture name='Open'><Color>"
+        "0.312700,0.329000,100.0</Color></Fixture></ChildList><ChildList><Truss/></ChildList></Layer></Layers>"
+        "<Layers><Layer name='Second'/></Layers></Scene></GeneralSceneDescription>";
+    const auto show = mvr::read_show(text, std::vector<std::string>{"a.3ds"});
+    ASSERT_TRUE(show) << show.error().text();
+    EXPECT_EQ(show->models.size(), 2u);
+    const auto lines = exchange::report_lines(show->report);
+    for (const char* line :
+         {"left out: SceneObject of a symbol: \"S\"", "left out: Geometries of a symbol: \"S\", \"S\"",
+          "left out: Fixture of a layer: \"Stray\"", "left out: Truss of a layer: \"Bar\", \"Bar 2\"",
+          "left out: a further ChildList of a layer: \"L\"", "left out: a further Layers of a scene",
+          "left out: Fixture of an object, outside of its ChildList: \"Lost\"",
+          "left out: a further ChildList of an object: \"G\"", "left out: Geometries of a focus point: \"F\"",
+          "left out: Sphere of an object's Geometries: \"O\"",
+          "left out: Color of a fixture: it lights without a gel: \"Gel\""})
+        EXPECT_EQ(std::count(lines.begin(), lines.end(), line), 1) << line;
+}
+
+TEST(Mvr, BackslashesOfFileNamesAreSlashesAsInArchives) {
+    const Show show = show_of(
+        "<SceneObject name='A'><Geometries><Geometry3D fileName='x\\b.glb'/><Geometry3D fileName='y\\b.glb'/>"
+        "</Geometries></SceneObject>",
+        "", {"x/b.glb", "y/b.glb"});
+    ASSERT_EQ(show.models.size(), 2u);
+    EXPECT_EQ(show.models[0].entry, "x/b.glb");
+    EXPECT_EQ(show.models[1].entry, "y/b.glb");
+    EXPECT_EQ(show.report.count(Outcome::guessed), 0u);
+}
+
 TEST(Mvr, GdtfSpecWithoutExtensionOrEmpty) {
     const Show show = show_of(
         "<Fixture name='A'><GDTFSpec>Custom@Robe v1.2</GDTFSpec></Fixture><Fixture name='B'><GDTFSpec/></Fixture>"
@@ -159,6 +220,27 @@ TEST(Mvr, EmptyAllZeroAndOddMatrices) {
     expect_near(show.objects.at(4).world_from_object[3], {1, 0, 0}, 1e-12);
     EXPECT_EQ(show.report.count(Outcome::defaulted, "an empty matrix: it is where its parent is"), 2u);
     EXPECT_EQ(show.report.count(Outcome::defaulted, "a matrix is not of numbers: it is where its parent is"), 2u);
+}
+
+// DIN SPEC 15801: integers and floats are those of XML; a decimal comma is none.
+TEST(Mvr, NumbersWithTextBehindThemAreNoneAndAreNamed) {
+    const Show show = show_of(
+        "<Fixture name='A'>" + matrix("{1;0;0}{0;1;0}{0;0;1}{1000,5;0;0}") +
+        "<FixtureIDNumeric>7b</FixtureIDNumeric><Color>0,31;0,33;100</Color><Addresses><Address break='0'>2,5</Address>"
+        "<Address break='1,5'>9</Address></Addresses></Fixture><Fixture name='B'><Addresses><Address break='0'>0.0"
+        "</Address></Addresses></Fixture>");
+    EXPECT_EQ(show.objects.at(0).world_from_object, glm::dmat4(1.0));
+    EXPECT_FALSE(show.fixtures.at(0).fixture_id_numeric);
+    EXPECT_FALSE(show.fixtures[0].color);
+    EXPECT_EQ(show.fixtures[0].patches, (std::vector<mvr::Patch>{{1, 1, 9}})) << "a break's default is 0";
+    const auto lines = exchange::report_lines(show.report);
+    for (const char* line :
+         {"defaulted: a matrix is not of numbers: it is where its parent is: \"A "
+          "Matrix={1;0;0}{0;1;0}{0;0;1}{1000,5;0;0\"",
+          "defaulted: a value is no number: its default stands: \"A FixtureIDNumeric=7b\", \"A break=1,5\"",
+          "left out: a fixture's colour is none: \"A Color=0,31;0,33;100\"", "left out: an address is none: \"A: 2,5\"",
+          "left out: a fixture is not patched: \"B\""})
+        EXPECT_EQ(std::count(lines.begin(), lines.end(), line), 1) << line;
 }
 
 TEST(Mvr, ParentsThatCannotBeInvertedKeepTheirPosition) {
