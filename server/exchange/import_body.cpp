@@ -134,13 +134,14 @@ void read_body_models(ShowImport& import, const ZipArchive& archive, const gdtf:
         Result<Model> made(Error{"not_found", model.name, "", "it has neither a file nor a primitive"});
         if (!model.entry.empty()) {
             const auto bytes = archive.read(model.entry);
-            made = bytes ? take_model(import, shown, *bytes, model.entry) : Result<Model>(bytes.error());
+            const std::string entry = type.name + ": " + model.entry;
+            made = bytes ? take_model(import, shown, *bytes, entry) : Result<Model>(bytes.error());
             if (!made)
                 import.report.add(Outcome::left_out, "a fixture's model cannot be read: " + made.error().code,
-                                  named(model.entry, made.error()));
+                                  named(entry, made.error()));
         }
-        if (!made && !model.primitive.empty()) made = primitive_model(shown, model.primitive);
-        if (!made) {
+        if ((!made || made->parts.empty()) && !model.primitive.empty()) made = primitive_model(shown, model.primitive);
+        if (!made || made->parts.empty()) {
             import.report.add(Outcome::left_out, "a model of a fixture is not drawn", type.name + ": " + model.name);
             continue;
         }

@@ -68,6 +68,17 @@ Result<Model> take_3ds(ShowImport& import, SceneAsset& scene, const std::string&
         if (mesh.indices.empty()) continue;
         model.parts.push_back({add_mesh(scene, std::move(mesh), material_of[which])});
     }
+    const auto note = [&](std::size_t count, const char* what) {
+        if (count > 0)
+            import.report.add(Outcome::left_out, what,
+                              entry + " (" + std::to_string(count) + " of " + std::to_string(read->faces()) + ")");
+    };
+    note(read->left_out.no_point, "faces of a 3DS model with points that do not exist");
+    note(read->left_out.not_finite, "faces of a 3DS model with points that are not finite, or beyond 1e9");
+    if (model.parts.empty()) note(read->left_out.no_area, "faces of a 3DS model without area");
+    if (read->bytes_behind > 0)
+        import.report.add(Outcome::left_out, "bytes behind the main chunk of a 3DS model",
+                          entry + " (" + std::to_string(read->bytes_behind) + ")");
     return model;
 }
 
@@ -75,7 +86,10 @@ Result<Model> take_3ds(ShowImport& import, SceneAsset& scene, const std::string&
 
 Result<Model> take_model(ShowImport& import, SceneAsset& scene, const std::string& bytes, const std::string& entry) {
     if (auto full = take_memory(import.room, bytes.size(), 1, entry)) return *full;
-    return bytes.starts_with("MM") ? take_3ds(import, scene, bytes, entry) : take_glb(import, scene, bytes, entry);
+    auto model =
+        bytes.starts_with("MM") ? take_3ds(import, scene, bytes, entry) : take_glb(import, scene, bytes, entry);
+    if (model && model->parts.empty()) import.report.add(Outcome::left_out, "a model has no faces", entry);
+    return model;
 }
 
 // Result: the corners of a mesh's box.

@@ -94,8 +94,6 @@ std::optional<Error> import_models(ShowImport& import) {
             auto model = bytes ? take_model(import, import.scene, *bytes, use.entry) : Result<Model>(bytes.error());
             if (model)
                 at->second = std::move(*model);
-            else if (model.error().code == "too_large")
-                return model.error();
             else
                 import.report.add(Outcome::left_out, "a model cannot be read: " + model.error().code,
                                   named(use.entry, model.error()));

@@ -155,16 +155,23 @@ void add_triangles(Reading& reading, const Object& object) {
     Mesh3ds& mesh = reading.mesh;
     for (std::size_t face = 0; face < object.materials.size(); ++face) {
         glm::vec3 corner[3];
-        bool usable = true;
+        bool exist = true, finite = true;
         for (std::size_t k = 0; k < 3; ++k) {
             const std::size_t index = object.corners[3 * face + k];
-            usable = usable && index < object.points.size();
-            if (usable) corner[k] = object.points[index];
-            for (int i = 0; usable && i < 3; ++i) usable = std::abs(corner[k][i]) <= 1e9f;  // not of NaN either
+            exist = exist && index < object.points.size();
+            if (exist) corner[k] = object.points[index];
+            for (int i = 0; exist && i < 3; ++i)
+                finite = finite && std::abs(corner[k][i]) <= 1e9f;  // not of NaN either
         }
-        if (!usable) continue;
+        if (!exist || !finite) {
+            ++(exist ? mesh.left_out.not_finite : mesh.left_out.no_point);
+            continue;
+        }
         const glm::dvec3 a(corner[0]), b(corner[1]), c(corner[2]);
-        if (!(glm::length(glm::cross(b - a, c - a)) > 0.0)) continue;
+        if (!(glm::length(glm::cross(b - a, c - a)) > 0.0)) {
+            ++mesh.left_out.no_area;
+            continue;
+        }
         const int material = object.materials[face];
         const auto [at, fresh] = reading.part_of.try_emplace(material, mesh.parts.size());
         if (fresh) mesh.parts.push_back({material, {}});
@@ -209,6 +216,7 @@ Result<Mesh3ds> read_3ds(std::string_view bytes) {
     if (bytes.size() < kHeaderBytes || u16(bytes, 0) != kFile) return reading.bad(bytes, "this is no 3DS file");
     // Some exporters write a wrong length for the whole file.
     const std::size_t length = std::clamp<std::size_t>(u32(bytes, 2), kHeaderBytes, bytes.size());
+    reading.mesh.bytes_behind = bytes.size() - length;
     using Chunk = std::optional<Error>;
     auto error =
         each_chunk(reading, bytes.substr(kHeaderBytes, length - kHeaderBytes),

@@ -73,6 +73,24 @@ TEST(Mesh3ds, WhatIsNoTriangleIsLeftOut) {
         exchange::read_3ds(file_of("", points, u16(4) + face(0, 1, 2) + face(0, 1, 3) + face(0, 1, 4) + face(0, 1, 9)));
     ASSERT_TRUE(mesh);
     EXPECT_EQ(mesh->triangles(), 1u) << "in line, not a number, no such vertex";
+    EXPECT_EQ(mesh->left_out.no_area, 1u);
+    EXPECT_EQ(mesh->left_out.not_finite, 1u);
+    EXPECT_EQ(mesh->left_out.no_point, 1u);
+    EXPECT_EQ(mesh->faces(), 4u);
+    EXPECT_EQ(mesh->bytes_behind, 0u);
+}
+
+TEST(Mesh3ds, AMainChunkThatIsTooShortHoldsNoFaces) {
+    std::string whole = file_of("", kSquare, u16(1) + face(0, 1, 2));
+    whole.replace(2, 4, u16(5) + u16(0));  // less than its own six bytes
+    const auto mesh = exchange::read_3ds(whole);
+    ASSERT_TRUE(mesh) << mesh.error().text();
+    EXPECT_EQ(mesh->faces(), 0u);
+    EXPECT_EQ(mesh->bytes_behind, whole.size() - 6);
+    const auto empty = exchange::read_3ds(chunk(0x4D4D, ""));
+    ASSERT_TRUE(empty);
+    EXPECT_EQ(empty->faces(), 0u);
+    EXPECT_EQ(empty->bytes_behind, 0u);
 }
 
 TEST(Mesh3ds, WhatIsLongerThanItsPlaceIsRefused) {
@@ -124,6 +142,8 @@ TEST(Mesh3ds, Primitives) {
         const glm::dvec3 size = mesh->most - mesh->least;
         for (int i = 0; i < 3; ++i) EXPECT_NEAR(size[i], row.size[i], 1e-4) << row.name << " " << i;
         EXPECT_FALSE(mesh->materials.empty());
+        EXPECT_EQ(mesh->faces(), row.faces) << row.name;
+        EXPECT_EQ(mesh->left_out.no_point + mesh->left_out.not_finite + mesh->bytes_behind, 0u) << row.name;
     }
 }
 
