@@ -21,11 +21,15 @@ Error error_of(std::string code, std::string_view name, std::string value, std::
             std::move(message)};
 }
 
+bool is_control(char c) {
+    return static_cast<unsigned char>(c) < 0x20 || c == 0x7F;
+}
+
 // Result: the name as ZipEntry has it, empty where it is none.
 std::string plain_name(std::string name) {
     if (name.empty() || name.size() > kMaxNameBytes) return {};
     for (char& c : name) {
-        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) return {};
+        if (is_control(c)) return {};
         if (c == '\\') c = '/';
     }
     const bool drive = name.size() >= 2 && name[1] == ':' && ((name[0] | 0x20) >= 'a' && (name[0] | 0x20) <= 'z');
@@ -45,7 +49,8 @@ std::string plain_name(std::string name) {
 }
 
 Error bad_name(std::string_view name) {
-    return error_of("zip_bad_name", name, {}, "the name is empty, absolute, leads out of the archive or is too long");
+    return error_of("zip_bad_name", name, {},
+                    "the name is empty, absolute, too long, leads out of the archive or has control characters");
 }
 
 Error duplicate_name(std::string_view name) {
@@ -134,7 +139,8 @@ Result<ZipArchive> open_zip(std::string bytes, const ZipLimits& limits) {
         ZipEntry entry;
         if (raw) entry.raw_name = raw;
         const char* name = zip_get_name(opened.archive, i, ZIP_FL_ENC_GUESS);
-        entry.name = plain_name(name ? name : "");
+        // In code page 437 control characters are signs as well: U+263A for 1.
+        if (!std::ranges::any_of(entry.raw_name, is_control)) entry.name = plain_name(name ? name : "");
         if (entry.name.empty()) return bad_name(entry.raw_name);
         if (zip_stat_index(opened.archive, i, 0, &stat) != 0 || !(stat.valid & ZIP_STAT_SIZE) ||
             !(stat.valid & ZIP_STAT_COMP_SIZE))

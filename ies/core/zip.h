@@ -78,7 +78,7 @@ inline bool looks_like_zip(std::string_view bytes) {
 // zip_too_many_entries, and not_a_zip (no archive, or its directory is damaged). Errors with an entry's name as place:
 // - zip_total_too_large; zip_overlap: entries share packed bytes; zip_duplicate_name.
 // - zip_bad_name: empty, absolute, with a drive, ".." or control characters, longer than 1,024 bytes. Backslashes count
-//   as '/'.
+//   as '/', and a zero byte ends a name.
 Result<ZipArchive> open_zip(std::string bytes, const ZipLimits& limits = {});
 
 struct ZipFile {

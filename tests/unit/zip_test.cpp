@@ -86,9 +86,10 @@ TEST(Zip, EntriesAreListedAndRead) {
 
 TEST(Zip, NamesThatLeadOutAreRefused) {
     for (const char* name : {"/etc/passwd", "../x", "a/../../x", "a/..", "..\\x", "a\\..\\x", "\\x", "C:\\x", "c:x",
-                             "a\nb", "", ".", "//x"})
+                             "a\nb", "a\1b", "\x7F", "a\tb", "", ".", "//x"})
         EXPECT_TRUE(refusal_of({{name}}).starts_with("zip_bad_name")) << name << ": " << refusal_of({{name}});
     EXPECT_TRUE(refusal_of({{std::string(1025, 'n')}}).starts_with("zip_bad_name"));
+    EXPECT_NE(refusal_of({{"a\1b", "x", 0x800}}), "") << "in UTF-8 too";
     EXPECT_EQ(refusal_of({{"a..b/..c"}}), "");
     const auto backslash = open_zip(archive_of({{"ldc\\a.ldt"}}));
     ASSERT_TRUE(backslash);
