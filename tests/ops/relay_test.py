@@ -203,7 +203,7 @@ class Relays(unittest.TestCase):
         time.sleep(1)
         token.write_text('00112233445566778899')
         goniod.reload()
-        until(lambda: 'refused HTTP 401' in self.said(), 10, 'it says why it is out')
+        until(lambda: 'the token is wrong' in self.said(), 10, 'it says why it is out')
         for _ in range(20):  # s, in which it tried every 8 s at the latest
             self.assertEqual(subprocess.run(get, capture_output=True).returncode, 0, 'its address is not shut out')
             time.sleep(1)
