@@ -99,7 +99,9 @@ public:
         // A fixture's own axes are Z up: its beam goes along -Z, and C0 is +X.
         if (patch.swings) place = place * glm::mat4_cast(light.world_from_mount);
         if (!patch.swings) place = place * glm::mat4_cast(light.world_from_light) * z_up_from_y_up();
-        const std::string focus = patch.swings ? add_focus(light) : std::string();
+        // A place along the pan axis says nothing of pan: there the angles alone do.
+        const bool has_focus = patch.swings && std::abs(std::sin(light.tilt_rad)) > 1e-6;
+        const std::string focus = has_focus ? add_focus(light) : std::string();
         const auto node = add_node(lights_, "Fixture", {{"name", light.name}, {"uuid", uuid}});
         add_text(node, "Matrix", matrix_text(place));
         add_text(node, "GDTFSpec", *spec);

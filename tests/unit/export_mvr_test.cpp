@@ -260,8 +260,9 @@ TEST(ExportedMvr, MatricesHaveNoExponent) {
     for (const double roll : {0.0, std::numbers::pi, 1e-7, -0.5 * std::numbers::pi, 2.0})
         for (const double tilt : {0.0, std::numbers::pi, -1e-7}) {
             const std::string name = "head " + std::to_string(++address);
-            scene.lights.push_back(light_of(scene, name, lopsided(), {1e-7 * address, 2.0, 0.1}, {1e-8, tilt, roll}));
+            scene.lights.push_back(light_of(scene, name, lopsided(), {1e-7 * address, 2.0, 0.1}, {0.3, tilt, roll}));
             *patch.add_rows() = patch_row(name, "pan", 1, 2 * address, 8, -4.7, 4.7);
+            *patch.add_rows() = patch_row(name, "tilt", 1, 2 * address + 1, 8, -3.5, 3.5);
         }
     scene.patch = std::make_shared<const v1::SetPatch>(patch);
     const std::string bytes = mvr_of(scene);
