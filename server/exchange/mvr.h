@@ -124,7 +124,7 @@ public:
         bool as_written = false;
     };
     // Result: the entry of this name, with the extension where the name has another one or none; else one that differs
-    // by case, folders or blanks only. None where the name is nothing but an extension.
+    // by case, folders or blanks only. Backslashes are slashes. None where the name is nothing but an extension.
     Found find(std::string_view name, std::string_view extension) const;
 
 private:

@@ -29,15 +29,15 @@ EntryIndex::EntryIndex(std::span<const std::string> entries) {
     }
 }
 
-EntryIndex::Found EntryIndex::find(std::string_view written, std::string_view extension) const {
-    std::string name(written);
-    std::replace(name.begin(), name.end(), '\\', '/');  // as in the names of entries
-    const std::string file = lower(file_of(name));
+EntryIndex::Found EntryIndex::find(std::string_view name, std::string_view extension) const {
+    std::string path(name);
+    std::replace(path.begin(), path.end(), '\\', '/');  // as in the names of entries
+    const std::string file = lower(file_of(path));
     if (file.empty() || file.starts_with('.')) return {};
     // Names have dots in them: an extension that is not the one is a part of the name.
     for (const std::string& tail : {std::string(), std::string(extension)}) {
         if (!extension.empty() && tail.empty() && !file.ends_with(extension)) continue;
-        if (const auto found = exact_.find(name + tail); found != exact_.end()) return {found->second, true};
+        if (const auto found = exact_.find(path + tail); found != exact_.end()) return {found->second, true};
         if (const auto found = loose_.find(file + tail); found != loose_.end()) return {found->second, false};
     }
     return {};
