@@ -68,28 +68,6 @@ std::vector<glm::dmat4> homes_of(const gdtf::Mode& mode) {
     return homes;
 }
 
-// By geometry: what turns it, from the root on.
-const std::vector<std::vector<Turn>>& turns_of(ModeIndex& index, const gdtf::Mode& mode) {
-    if (!index.turns.empty()) return index.turns;
-    for (std::size_t g = 0; g < mode.geometries.size(); ++g) {
-        const int parent = mode.geometries[g].parent;
-        std::vector<Turn> own = parent >= 0 ? index.turns[static_cast<std::size_t>(parent)] : std::vector<Turn>();
-        for (const bool tilt : {false, true}) {
-            const auto turns = [&](const gdtf::PatchedChannel& patched) {
-                if (patched.geometry != static_cast<int>(g)) return false;
-                const auto& functions = mode.channels[static_cast<std::size_t>(patched.channel)].functions;
-                return std::ranges::any_of(functions, [&](const gdtf::ChannelFunction& one) {
-                    return one.attribute == (tilt ? "Tilt" : "Pan");
-                });
-            };
-            if (own.size() < kMostJoints && std::ranges::any_of(mode.patched, turns))
-                own.push_back({static_cast<int>(g), tilt});
-        }
-        index.turns.push_back(std::move(own));
-    }
-    return index.turns;
-}
-
 bool starts_with(const std::vector<Turn>& turns, const std::vector<Turn>& first) {
     return turns.size() >= first.size() && std::equal(first.begin(), first.end(), turns.begin());
 }
@@ -119,6 +97,24 @@ BodyMount mount_of(const SceneAsset& scene, const glm::dmat4& world_from_fixture
 }
 
 }  // namespace
+
+const std::vector<std::vector<Turn>>& turns_of(ModeIndex& index, const gdtf::Mode& mode) {
+    if (!index.turns.empty()) return index.turns;
+    std::set<std::pair<int, bool>> turning;  // geometries, by tilt
+    for (const gdtf::PatchedChannel& patched : mode.patched)
+        for (const auto& function : mode.channels[static_cast<std::size_t>(patched.channel)].functions)
+            if (function.attribute == "Pan" || function.attribute == "Tilt")
+                turning.emplace(patched.geometry, function.attribute == "Tilt");
+    for (std::size_t g = 0; g < mode.geometries.size(); ++g) {
+        const int parent = mode.geometries[g].parent;
+        std::vector<Turn> own = parent >= 0 ? index.turns[static_cast<std::size_t>(parent)] : std::vector<Turn>();
+        for (const bool tilt : {false, true})
+            if (own.size() < kMostJoints && turning.contains({static_cast<int>(g), tilt}))
+                own.push_back({static_cast<int>(g), tilt});
+        index.turns.push_back(std::move(own));
+    }
+    return index.turns;
+}
 
 void read_body_models(ShowImport& import, const ZipArchive& archive, const gdtf::FixtureType& type) {
     std::set<int> wanted;

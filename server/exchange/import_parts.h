@@ -210,5 +210,7 @@ glm::dquat turn_of(const glm::dmat4& matrix);
 
 // Result: the index of a mode, made once.
 ModeIndex& index_of(ShowImport& import, const gdtf::Mode& mode);
+// Result: its ModeIndex::turns, made once; at most kMostJoints of a geometry.
+const std::vector<std::vector<Turn>>& turns_of(ModeIndex& index, const gdtf::Mode& mode);
 
 }  // namespace gonio::exchange

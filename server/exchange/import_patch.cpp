@@ -207,15 +207,18 @@ bool is_wide(const FixtureBeam& beam, const Driving& by) {
     return next.universe == coarse.universe && next.address == coarse.address + 1;
 }
 
-// What stays still below a head's axes, at home: the geometry that pan turns, else that which tilt turns.
-glm::dmat4 mount_of(const FixtureBeam& beam, const Driving& turn) {
-    glm::dmat4 mount(1.0);
-    for (int at = turn.patched->geometry; at >= 0;) {
+// A channel without slots turns too, as its default says.
+Head head_of(ModeIndex& index, const FixtureBeam& beam) {
+    int pan = -1, tilt = -1;
+    for (const Turn& turn : turns_of(index, beam.mode)[static_cast<std::size_t>(beam.geometry)])
+        (turn.tilt ? tilt : pan) = turn.geometry;
+    Head head{glm::dmat4(1.0), pan >= 0, tilt >= 0};
+    for (int at = head.has_pan ? pan : tilt; at >= 0;) {
         const gdtf::Geometry& geometry = beam.mode.geometries[static_cast<std::size_t>(at)];
-        mount = geometry.parent_from_geometry * mount;
+        head.fixture_from_mount = geometry.parent_from_geometry * head.fixture_from_mount;
         at = geometry.parent;
     }
-    return mount;
+    return head;
 }
 
 std::optional<HeadAxes> add_turns(ShowImport& import, ModeIndex& index, const FixtureBeam& beam) {
@@ -236,9 +239,7 @@ std::optional<HeadAxes> add_turns(ShowImport& import, ModeIndex& index, const Fi
     auto& directions = index.directions[{beam.fixture.invert_pan, beam.fixture.invert_tilt}];
     if (directions.empty())
         directions = head_directions(beam.type, beam.mode, beam.fixture.invert_pan, beam.fixture.invert_tilt);
-    const auto axes = head_axes(
-        directions, beam.geometry, beam.world_from_fixture,
-        {mount_of(beam, pan.patched != nullptr ? pan : tilt), pan.patched != nullptr, tilt.patched != nullptr});
+    const auto axes = head_axes(directions, beam.geometry, beam.world_from_fixture, head_of(index, beam));
     if (!axes) {
         import.report.add(Outcome::left_out, "pan and tilt of a fixture whose axes are no tilt below a pan",
                           beam.light);
