@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 
