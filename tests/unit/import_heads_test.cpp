@@ -159,9 +159,8 @@ TEST(ImportHeads, HeadsSwingAsTheirGeometryDoes) {
         for (const double about_x : {0.0, 0.4, std::numbers::pi / 2, std::numbers::pi})
             for (const bool inverted : {false, true}) {
                 const Hang hang = hang_at(yaw, about_x);
-                const auto axes =
-                    exchange::head_axes(exchange::head_directions(*type, type->modes.at(0), inverted, false), 3,
-                                        hang.world_from_fixture());
+                const auto axes = exchange::head_axes(
+                    exchange::head_directions(*type, type->modes.at(0), inverted, false), 3, hang.world_from_fixture());
                 ASSERT_TRUE(axes) << yaw << about_x << inverted;
                 for (const double pan : {-3.0, 0.2, 1.1})
                     for (const double tilt : {-1.5, -0.3, 0.0, 0.9})
