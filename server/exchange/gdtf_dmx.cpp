@@ -60,6 +60,27 @@ void set_physical(const FixtureType& type, const ChannelFunction& function, Chan
     value.physical = from + share(value.dmx, function.sets[at].from, end) * (to - from);
 }
 
+// Sets the active function of a value and what it says. masters: null where no function of the channel has one.
+void set_function(const FixtureType& type, const Mode& mode, const Masters* masters,
+                  const std::vector<ChannelValue>& all, ChannelValue& value) {
+    const PatchedChannel& patched = mode.patched[static_cast<std::size_t>(value.patched)];
+    const Channel& channel = mode.channels[static_cast<std::size_t>(patched.channel)];
+    const auto let = [&](const ChannelFunction& function) {
+        if (function.master < 0) return true;
+        const int at = masters->find(function.master, mode.geometries[patched.geometry].reference);
+        if (at < 0) return false;
+        const std::uint32_t master = all[static_cast<std::size_t>(at)].dmx;
+        return master >= function.mode_from && master <= function.mode_to;
+    };
+    for (std::size_t f = 0; f < channel.functions.size(); ++f) {
+        const ChannelFunction& function = channel.functions[f];
+        if (function.from > value.dmx || !let(function)) continue;
+        if (value.function < 0 || channel.functions[static_cast<std::size_t>(value.function)].from < function.from)
+            value.function = static_cast<int>(f);
+    }
+    if (value.function >= 0) set_physical(type, channel.functions[static_cast<std::size_t>(value.function)], value);
+}
+
 std::vector<ChannelValue> values_of(const FixtureType& type, const Mode& mode, const DmxBytes& bytes) {
     const Masters masters(mode);
     std::vector<ChannelValue> values(mode.patched.size());
@@ -67,24 +88,7 @@ std::vector<ChannelValue> values_of(const FixtureType& type, const Mode& mode, c
         values[i].patched = static_cast<int>(i);
         values[i].dmx = raw_of(mode.channels[mode.patched[i].channel], mode.patched[i], bytes);
     }
-    for (ChannelValue& value : values) {
-        const PatchedChannel& patched = mode.patched[static_cast<std::size_t>(value.patched)];
-        const Channel& channel = mode.channels[static_cast<std::size_t>(patched.channel)];
-        const auto let = [&](const ChannelFunction& function) {
-            if (function.master < 0) return true;
-            const int at = masters.find(function.master, mode.geometries[patched.geometry].reference);
-            if (at < 0) return false;
-            const std::uint32_t master = values[static_cast<std::size_t>(at)].dmx;
-            return master >= function.mode_from && master <= function.mode_to;
-        };
-        for (std::size_t f = 0; f < channel.functions.size(); ++f) {
-            const ChannelFunction& function = channel.functions[f];
-            if (function.from > value.dmx || !let(function)) continue;
-            if (value.function < 0 || channel.functions[static_cast<std::size_t>(value.function)].from < function.from)
-                value.function = static_cast<int>(f);
-        }
-        if (value.function >= 0) set_physical(type, channel.functions[static_cast<std::size_t>(value.function)], value);
-    }
+    for (ChannelValue& value : values) set_function(type, mode, &masters, values, value);
     return values;
 }
 
@@ -105,6 +109,23 @@ double profile_output(const DmxProfile& profile, double x) {
 
 std::vector<ChannelValue> channel_values(const FixtureType& type, const Mode& mode, const DmxBytes& bytes) {
     return values_of(type, mode, bytes);
+}
+
+std::vector<ChannelValue> values_of_channel(const FixtureType& type, const Mode& mode, int patched,
+                                            std::span<const std::uint32_t> dmx,
+                                            const std::vector<ChannelValue>& others) {
+    const auto& functions =
+        mode.channels[static_cast<std::size_t>(mode.patched[static_cast<std::size_t>(patched)].channel)].functions;
+    const bool asks = std::ranges::any_of(functions, [](const ChannelFunction& one) { return one.master >= 0; });
+    const auto masters = asks ? std::optional<Masters>(mode) : std::nullopt;
+    std::vector<ChannelValue> values;
+    for (const std::uint32_t one : dmx) {
+        ChannelValue& value = values.emplace_back();
+        value.patched = patched;
+        value.dmx = one;
+        set_function(type, mode, masters ? &*masters : nullptr, others, value);
+    }
+    return values;
 }
 
 std::vector<ChannelValue> default_values(const FixtureType& type, const Mode& mode) {

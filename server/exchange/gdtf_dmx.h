@@ -5,6 +5,7 @@
 #include <glm/glm.hpp>
 #include <map>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "server/exchange/gdtf.h"
@@ -27,6 +28,10 @@ struct ChannelValue {
 // Result: a value for each of mode.patched. Of the functions whose mode master lets them, the one with the greatest
 // DMXFrom that is not above the value is active.
 std::vector<ChannelValue> channel_values(const FixtureType& type, const Mode& mode, const DmxBytes& bytes);
+// Result: that of one of mode.patched at these values, while all others are as in `others`: of default_values().
+std::vector<ChannelValue> values_of_channel(const FixtureType& type, const Mode& mode, int patched,
+                                            std::span<const std::uint32_t> dmx,
+                                            const std::vector<ChannelValue>& others);
 // Result: likewise with the defaults of all channels.
 std::vector<ChannelValue> default_values(const FixtureType& type, const Mode& mode);
 

@@ -89,38 +89,31 @@ std::vector<v1::PatchRange> ranges_of(const std::vector<std::optional<double>>& 
     return ranges;
 }
 
-const std::vector<v1::PatchRange>& ranges_of(ModeIndex& index, const FixtureBeam& beam, const Driving& by,
-                                             const char* property, const ReadState& read) {
-    const auto [at, fresh] = index.ranges.try_emplace({by.patched, beam.geometry, property});
-    if (!fresh) return at->second;
-    const PropertyRow& row = *find_property(property);
-    // All channels have their defaults, which slots that are not there have; but for this one.
-    std::vector<gdtf::ChannelValue> defaults = gdtf::default_values(beam.type, beam.mode);
-    const auto& functions = beam.mode.channels[static_cast<std::size_t>(by.patched->channel)].functions;
-    std::vector<std::optional<double>> values;
-    for (int coarse = 0; coarse < 256; ++coarse) {
-        gdtf::DmxBytes bytes;
-        auto& slots = bytes[by.patched->dmx_break];
-        slots.resize(static_cast<std::size_t>(*std::ranges::max_element(by.patched->slots)));
-        for (const int slot : by.patched->slots)  // the less significant ones follow, so that 255 is the highest
-            slots[static_cast<std::size_t>(slot) - 1] = static_cast<std::uint8_t>(coarse);
-        const auto said = gdtf::channel_values(beam.type, beam.mode, bytes);
-        const auto own = static_cast<std::size_t>(by.patched - beam.mode.patched.data());
-        std::vector<gdtf::ChannelValue> all = defaults;
-        all[own] = said[own];
-        std::optional<double> value;
-        if (all[own].function >= 0)
-            for (const gdtf::BeamState& state : gdtf::beam_states(beam.type, beam.mode, all))
-                if (state.geometry == beam.geometry)
-                    value = read(state, functions[static_cast<std::size_t>(all[own].function)], all[own].physical);
-        if (value && !(row.or_none && *value == 0.0)) value = std::clamp(*value, row.least, row.most);
-        values.push_back(value);
-    }
-    at->second = ranges_of(values);
-    return at->second;
+// The channel's values where its most significant slot is 0 to 255; the less significant ones follow it.
+std::vector<gdtf::ChannelValue> values_of(ModeIndex& index, const FixtureBeam& beam, const Driving& by) {
+    if (index.defaults.empty()) index.defaults = gdtf::default_values(beam.type, beam.mode);
+    std::vector<std::uint32_t> dmx;
+    for (std::uint32_t coarse = 0; coarse < 256; ++coarse)
+        dmx.push_back(gdtf::in_bytes({.value = coarse, .bytes = 1}, by.bytes));
+    return gdtf::values_of_channel(beam.type, beam.mode, static_cast<int>(by.patched - beam.mode.patched.data()), dmx,
+                                   index.defaults);
 }
 
-// Whether one function has the whole channel, in a straight line: then all of its bytes count.
+// values: of a property, by slot value. Adds the row.
+void add_values(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by, const Wanted& wanted,
+                const char* property, std::vector<std::optional<double>> values, const char* merge) {
+    const PropertyRow& row = *find_property(property);
+    for (std::optional<double>& value : values) {
+        if (value && !std::isfinite(*value)) value.reset();
+        if (value && !(row.or_none && *value == 0.0)) value = std::clamp(*value, row.least, row.most);
+    }
+    auto& ranges = index.ranges[{by.patched, beam.geometry, property}];
+    ranges = ranges_of(values);
+    if (!ranges.empty()) add_row(import, beam, by, wanted, {property, 0.0, 0.0, ranges, merge});
+}
+
+}  // namespace
+
 bool is_line(const FixtureBeam& beam, const Driving& by) {
     const auto& functions = beam.mode.channels[static_cast<std::size_t>(by.patched->channel)].functions;
     return functions.size() == 1 && functions[0].from == 0 && functions[0].profile < 0 && functions[0].master < 0 &&
@@ -128,12 +121,52 @@ bool is_line(const FixtureBeam& beam, const Driving& by) {
                                 [](const gdtf::ChannelSet& one) { return one.physical.has_value(); });
 }
 
-}  // namespace
+bool is_filled_in(const FixtureBeam& beam, const Driving& by, const Wanted& wanted) {
+    return std::ranges::any_of(
+        beam.mode.channels[static_cast<std::size_t>(by.patched->channel)].functions,
+        [&](const gdtf::ChannelFunction& one) {
+            return wanted(one.attribute) &&
+                   !(one.physical_from == 0.0 && (one.physical_to == 1.0 || one.physical_to == 0.0));
+        });
+}
 
 void add_ranges(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by, const Wanted& wanted,
-                const char* property, const ReadState& read, const char* merge) {
-    const auto& ranges = ranges_of(index, beam, by, property, read);
-    if (!ranges.empty()) add_row(import, beam, by, wanted, {property, 0.0, 0.0, ranges, merge});
+                const char* property, const ReadValue& read, const char* merge) {
+    const auto& functions = beam.mode.channels[static_cast<std::size_t>(by.patched->channel)].functions;
+    std::vector<std::optional<double>> values;
+    for (const gdtf::ChannelValue& value : values_of(index, beam, by))
+        values.push_back(value.function < 0
+                             ? std::nullopt
+                             : read(functions[static_cast<std::size_t>(value.function)], value.physical));
+    add_values(import, index, beam, by, wanted, property, std::move(values), merge);
+}
+
+void add_state_ranges(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by,
+                      const Wanted& wanted, const char* property, const ReadState& read) {
+    const auto known = index.ranges.find({by.patched, beam.geometry, property});
+    if (known != index.ranges.end()) {  // of another fixture of this mode
+        if (!known->second.empty()) add_row(import, beam, by, wanted, {property, 0.0, 0.0, known->second});
+        return;
+    }
+    const std::size_t steps = 256 * (beam.mode.patched.size() + beam.mode.geometries.size());
+    if (import.state_steps + steps > kMostStateSteps) {
+        import.report.add(Outcome::left_out, "a row of the patch that takes an import too long",
+                          beam.light + " " + property);
+        return;
+    }
+    import.state_steps += steps;
+    std::vector<std::optional<double>> values;
+    const auto own = static_cast<std::size_t>(by.patched - beam.mode.patched.data());
+    const auto said = values_of(index, beam, by);
+    std::vector<gdtf::ChannelValue> all = index.defaults;
+    for (const gdtf::ChannelValue& value : said) {
+        all[own] = value;
+        std::optional<double>& found = values.emplace_back();
+        if (value.function < 0) continue;
+        for (const gdtf::BeamState& state : gdtf::beam_states(beam.type, beam.mode, all))
+            if (state.geometry == beam.geometry) found = read(state);
+    }
+    add_values(import, index, beam, by, wanted, property, std::move(values), "");
 }
 
 void read_gobos(ShowImport& import, const ZipArchive& archive, const gdtf::FixtureType& type) {
@@ -206,8 +239,8 @@ std::shared_ptr<const Profile> with_gobos(ShowImport& import, const std::shared_
 
 void add_beam_rows(ShowImport& import, ModeIndex& index, const FixtureBeam& beam) {
     if (const Driving shutter = driving(index, beam, is_shutter); shutter.patched != nullptr) {
-        add_ranges(import, index, beam, shutter, is_shutter, "shutter",
-                   [](const gdtf::BeamState& state, const auto&, double) { return state.shutter_open ? 1.0 : 0.0; });
+        add_state_ranges(import, index, beam, shutter, is_shutter, "shutter",
+                         [](const gdtf::BeamState& state) { return state.shutter_open ? 1.0 : 0.0; });
         const auto& functions = beam.mode.channels[static_cast<std::size_t>(shutter.patched->channel)].functions;
         const auto strobes = [](std::string_view attribute) {
             return is_shutter(attribute) && attribute.find("Strobe") != std::string_view::npos;
@@ -216,14 +249,14 @@ void add_beam_rows(ShowImport& import, ModeIndex& index, const FixtureBeam& beam
             functions, [&](const gdtf::ChannelFunction& function) { return strobes(function.attribute); });
         const Driving strobe = same ? shutter : driving(index, beam, strobes);
         if (strobe.patched != nullptr)
-            add_ranges(import, index, beam, strobe, strobes, "strobe",
-                       [](const gdtf::BeamState& state, const auto&, double) { return state.strobe_hz; });
+            add_state_ranges(import, index, beam, strobe, strobes, "strobe",
+                             [](const gdtf::BeamState& state) { return state.strobe_hz; });
     }
     const auto zooms = [](std::string_view attribute) { return attribute == "Zoom"; };
     if (const Driving zoom = driving(index, beam, zooms); zoom.patched != nullptr) {
         const PropertyRow& row = *find_property("zoom");
         const double from = zoom.function->physical_from * kDegree, to = zoom.function->physical_to * kDegree;
-        const bool filled_in = zoom.function->physical_from != 0.0 || zoom.function->physical_to != 1.0;
+        const bool filled_in = is_filled_in(beam, zoom, zooms);
         const auto within = [&](double value) { return value >= row.least && value <= row.most; };
         if (!filled_in) {
             import.report.add(Outcome::left_out, "the zoom of a fixture type was never filled in", beam.type.name);
@@ -231,20 +264,20 @@ void add_beam_rows(ShowImport& import, ModeIndex& index, const FixtureBeam& beam
         } else if (is_line(beam, zoom) && within(from) && within(to))
             add_row(import, beam, zoom, zooms, {"zoom", from, to});
         else
-            add_ranges(import, index, beam, zoom, zooms, "zoom",
-                       [](const gdtf::BeamState& state, const auto&, double) { return state.zoom_rad; });
+            add_state_ranges(import, index, beam, zoom, zooms, "zoom",
+                             [](const gdtf::BeamState& state) { return state.zoom_rad; });
     }
     const GoboChannel gobo = gobo_channel(import, index, beam);
     if (gobo.wheel < 0) return;
     const auto chooses = [&](std::string_view attribute) { return number_in(attribute, "Gobo", "") == gobo.number; };
     const Driving wheel = driving(index, beam, chooses);
-    add_ranges(import, index, beam, wheel, chooses, "gobo",
-               [&](const gdtf::BeamState& state, const auto&, double) -> std::optional<double> {
-                   for (const gdtf::GoboState& one : state.gobos)
-                       if (one.number == gobo.number && one.wheel == gobo.wheel)
-                           return std::min(one.slot + 1.0, static_cast<double>(kMostSlots));
-                   return std::nullopt;
-               });
+    add_state_ranges(import, index, beam, wheel, chooses, "gobo",
+                     [&](const gdtf::BeamState& state) -> std::optional<double> {
+                         for (const gdtf::GoboState& one : state.gobos)
+                             if (one.number == gobo.number && one.wheel == gobo.wheel)
+                                 return std::min(one.slot + 1.0, static_cast<double>(kMostSlots));
+                         return std::nullopt;
+                     });
     const auto turns = [&](std::string_view attribute) { return number_in(attribute, "Gobo", "Pos") == gobo.number; };
     const Driving turn = driving(index, beam, turns);
     if (turn.patched == nullptr) return;
@@ -254,7 +287,7 @@ void add_beam_rows(ShowImport& import, ModeIndex& index, const FixtureBeam& beam
         add_row(import, beam, turn, turns, {"gobo-turn", from, to});
     else
         add_ranges(import, index, beam, turn, turns, "gobo-turn",
-                   [&](const auto&, const gdtf::ChannelFunction& function, double physical) -> std::optional<double> {
+                   [&](const gdtf::ChannelFunction& function, double physical) -> std::optional<double> {
                        if (!turns(function.attribute)) return std::nullopt;
                        return physical * kDegree;
                    });

@@ -51,6 +51,7 @@ struct ModeIndex {
     std::map<std::pair<bool, bool>, std::vector<std::map<int, glm::dvec3>>> directions;
     const gdtf::FixtureType* patched_type = nullptr;  // of a fixture of this mode that is patched; null: none is
     std::set<std::pair<int, std::string>> driven;     // channels and attributes that have rows
+    std::vector<gdtf::ChannelValue> defaults;         // of gdtf::default_values()
     std::vector<std::vector<Turn>> turns;  // by geometry: those that turn it, from the root on, itself among them
     // What values of a channel's most significant slot stand for, by the patched channel, the beam and the property.
     std::map<std::tuple<const gdtf::PatchedChannel*, int, std::string>, std::vector<v1::PatchRange>> ranges;
@@ -76,6 +77,7 @@ struct ShowImport {
     std::shared_ptr<Bodies> bodies{};                                   // null: none yet
     std::map<const gdtf::FixtureType*, std::map<int, Model>> models{};  // of bodies, by FixtureType::models
     std::size_t body_triangles = 0;                                     // of all parts
+    std::size_t state_steps = 0;                                        // channels and geometries of all states found
 };
 
 // Whether a place is finite and within the 1,000 km that clients may ask for too.
@@ -147,13 +149,22 @@ struct Drive {
 };
 // Adds a row of the patch. The attributes of its channel that are wanted are driven by it.
 void add_row(ShowImport& import, const FixtureBeam& beam, const Driving& by, const Wanted& wanted, const Drive& drive);
-// What the beam's state, the channel's active function and its physical value say of a property; nothing where they
-// leave it alone.
-using ReadState = std::function<std::optional<double>(const gdtf::BeamState&, const gdtf::ChannelFunction&, double)>;
-// Adds a row of ranges: what gdtf::beam_states says of each value of the most significant slot while all other channels
-// have their defaults. What is read, for what, by which channel and merged how: eight parameters.
+// What a value of a channel says of a property; nothing where it leaves it alone.
+using ReadValue = std::function<std::optional<double>(const gdtf::ChannelFunction& active, double physical)>;
+// Likewise of the beam's state then.
+using ReadState = std::function<std::optional<double>(const gdtf::BeamState&)>;
+// Adds a row of ranges: what each value of the most significant slot says while all other channels have their defaults.
+// States are found for kMostStateSteps channels and geometries in all; what comes later is left out, by name. What is
+// read, for what, by which channel and merged how: eight parameters.
+inline constexpr std::size_t kMostStateSteps = 50'000'000;  // some seconds
 void add_ranges(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by, const Wanted& wanted,
-                const char* property, const ReadState& read, const char* merge = "");
+                const char* property, const ReadValue& read, const char* merge = "");
+void add_state_ranges(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by,
+                      const Wanted& wanted, const char* property, const ReadState& read);
+// Whether one function has the whole channel, in a straight line: then all of its bytes count.
+bool is_line(const FixtureBeam& beam, const Driving& by);
+// Whether a function of the channel that is wanted has other physical values than the standard's defaults, 0 and 1.
+bool is_filled_in(const FixtureBeam& beam, const Driving& by, const Wanted& wanted);
 // Adds the rows for shutter, strobe, zoom, gobo and its turn.
 void add_beam_rows(ShowImport& import, ModeIndex& index, const FixtureBeam& beam);
 

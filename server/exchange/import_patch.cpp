@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "protocol/dmx/patch.h"
 #include "protocol/text/shortened_text.h"
 #include "server/exchange/axes.h"
 #include "server/exchange/import_parts.h"
@@ -45,41 +46,28 @@ Slot slot_of(const mvr::Fixture& fixture, int dmx_break, int slot) {
     return {};
 }
 
-// What the physical value would be at slot value 0 and at the highest, were the function's line to go on.
-std::pair<double, double> ends_of(const Driving& by) {
-    const gdtf::ChannelFunction& function = *by.function;
-    const double from = function.from, to = function.to, most = gdtf::greatest_of(by.bytes);
-    const double slope = to > from ? (function.physical_to - function.physical_from) / (to - from) : 0.0;
-    return {function.physical_from - slope * from, function.physical_from + slope * (most - from)};
-}
-
 // What is the share 1 of a function: 1, or of one in percent what it reaches.
 double whole_share(const gdtf::ChannelFunction& function) {
     const double most = std::max(std::abs(function.physical_from), std::abs(function.physical_to));
     return most > 1.5 ? most : 1.0;
 }
 
-// ends_of() as shares. Result: nothing where no straight line from 0 to 1 says it: of a function with a DMX profile,
-// or with a part of its channel.
-std::optional<std::pair<double, double>> shares_of(const Driving& by) {
-    if (by.function->profile >= 0) return std::nullopt;
-    auto [low, high] = ends_of(by);
-    low /= whole_share(*by.function), high /= whole_share(*by.function);
-    constexpr double kRounding = 1e-3;
-    if (std::min(low, high) < -kRounding || std::max(low, high) > 1.0 + kRounding) return std::nullopt;
-    return std::pair(std::clamp(low, 0.0, 1.0), std::clamp(high, 0.0, 1.0));
-}
-
 // none, all: of the property where the channel's share is 0 and 1.
 void add_share(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by, const Drive& drive) {
     const auto at = [&](double share) { return drive.low + (drive.high - drive.low) * share; };
     const Wanted wanted = is(by.function->attribute);
-    if (const auto share = shares_of(by))
+    if (is_line(beam, by)) {
+        const auto share = [&](double physical) { return std::clamp(physical / whole_share(*by.function), 0.0, 1.0); };
         return add_row(import, beam, by, wanted,
-                       {drive.property, at(share->first), at(share->second), {}, drive.merge});
+                       {drive.property,
+                        at(share(by.function->physical_from)),
+                        at(share(by.function->physical_to)),
+                        {},
+                        drive.merge});
+    }
     add_ranges(
         import, index, beam, by, wanted, drive.property,
-        [&](const auto&, const gdtf::ChannelFunction& function, double physical) -> std::optional<double> {
+        [&](const gdtf::ChannelFunction& function, double physical) -> std::optional<double> {
             if (!wanted(function.attribute)) return std::nullopt;
             return at(std::clamp(physical / whole_share(function), 0.0, 1.0));
         },
@@ -171,30 +159,42 @@ bool add_temperature(ShowImport& import, ModeIndex& index, const FixtureBeam& be
     Driving by = all.front();
     for (const Driving& one : all)  // of several at one geometry the last counts, as in gdtf::beam_states
         if (one.patched->geometry == by.patched->geometry) by = one;
-    if (by.function->physical_from < 500.0 && by.function->physical_to < 500.0) {
+    const auto& functions = beam.mode.channels[static_cast<std::size_t>(by.patched->channel)].functions;
+    const bool filled_in = std::ranges::any_of(functions, [&](const gdtf::ChannelFunction& one) {
+        return wanted(one.attribute) && std::max(one.physical_from, one.physical_to) >= 500.0;
+    });
+    if (!filled_in) {
         import.report.add(Outcome::left_out, "the colour temperatures of a fixture type were never filled in",
                           beam.type.name + " " + by.function->attribute);
         index.driven.emplace(by.patched->channel, by.function->attribute);  // it has its line
         return false;
     }
-    add_ranges(import, index, beam, by, wanted, "cct",
-               [](const gdtf::BeamState& state, const auto&, double) { return state.white_k; });
+    add_state_ranges(import, index, beam, by, wanted, "cct",
+                     [](const gdtf::BeamState& state) { return state.white_k; });
     return true;
 }
 
-// The ranges of a channel's functions that turn about an axis.
+// The ranges of a channel's functions that turn about an axis, ascending; of those that overlap the first counts.
 std::vector<v1::PatchRange> turns_of(const FixtureBeam& beam, const Driving& by, const Wanted& wanted, double offset,
                                      double sign, bool wide) {
+    constexpr std::size_t kMost = 256;  // of a row
+    std::vector<const gdtf::ChannelFunction*> functions;
+    for (const gdtf::ChannelFunction& one : beam.mode.channels[static_cast<std::size_t>(by.patched->channel)].functions)
+        if (wanted(one.attribute)) functions.push_back(&one);
+    std::ranges::stable_sort(functions, {}, [](const gdtf::ChannelFunction* one) { return one->from; });
     std::vector<v1::PatchRange> ranges;
     const int shift = 8 * (by.bytes - (wide ? 2 : 1));
-    for (const gdtf::ChannelFunction& function :
-         beam.mode.channels[static_cast<std::size_t>(by.patched->channel)].functions) {
-        if (!wanted(function.attribute)) continue;
+    for (const gdtf::ChannelFunction* const one : functions) {
+        const std::uint32_t begin = one->from >> shift, end = one->to >> shift;
+        const std::uint32_t from = ranges.empty() ? begin : std::max(begin, ranges.back().to() + 1);
+        if (from > end || ranges.size() == kMost) continue;
+        const double skipped = end > begin ? static_cast<double>(from - begin) / (end - begin) : 0.0;
+        const double first = one->physical_from + skipped * (one->physical_to - one->physical_from);
         v1::PatchRange& range = ranges.emplace_back();
-        range.set_from(function.from >> shift);
-        range.set_to(function.to >> shift);
-        range.set_low(offset + sign * function.physical_from * kDegree);
-        range.set_high(offset + sign * function.physical_to * kDegree);
+        range.set_from(from);
+        range.set_to(end);
+        range.set_low(offset + sign * first * kDegree);
+        range.set_high(offset + sign * one->physical_to * kDegree);
     }
     return ranges;
 }
@@ -228,8 +228,8 @@ std::optional<HeadAxes> add_turns(ShowImport& import, ModeIndex& index, const Fi
         if (pan.patched != nullptr) index.driven.emplace(pan.patched->channel, "Pan");
         if (tilt.patched != nullptr) index.driven.emplace(tilt.patched->channel, "Tilt");
     };
-    const auto never_filled_in = [](const Driving& by) {
-        return by.function == nullptr || (by.function->physical_from == 0.0 && by.function->physical_to == 1.0);
+    const auto never_filled_in = [&](const Driving& by) {
+        return by.patched == nullptr || !is_filled_in(beam, by, is(by.function->attribute));
     };
     if (never_filled_in(pan) && never_filled_in(tilt)) {
         import.report.add(Outcome::left_out, "pan and tilt of a fixture type were never filled in", beam.type.name);
@@ -256,11 +256,13 @@ std::optional<HeadAxes> add_turns(ShowImport& import, ModeIndex& index, const Fi
         const bool wide = is_wide(beam, by);
         const auto ranges = turns_of(beam, by, is(attribute), offset, sign, wide);
         for (const v1::PatchRange& range : ranges)
-            if (std::abs(range.low()) > kMostTurn_rad || std::abs(range.high()) > kMostTurn_rad) {
+            if (!(std::abs(range.low()) <= kMostTurn_rad && std::abs(range.high()) <= kMostTurn_rad)) {
                 import.report.add(Outcome::left_out, "a turn of more than 32 rounds", beam.light);
                 return;
             }
-        const bool whole = by.function->from == 0 && by.function->to == gdtf::greatest_of(by.bytes);
+        if (ranges.empty()) return;
+        const bool whole =
+            ranges.size() == 1 && by.function->from == 0 && by.function->to == gdtf::greatest_of(by.bytes);
         if (whole)
             add_row(import, beam, by, is(attribute), {property, ranges[0].low(), ranges[0].high()});
         else
@@ -324,6 +326,13 @@ void add_row(ShowImport& import, const FixtureBeam& beam, const Driving& by, con
         row.set_high(drive.high);
     }
     row.mutable_ranges()->Add(drive.ranges.begin(), drive.ranges.end());
+    v1::SetPatch alone;
+    *alone.add_rows() = row;
+    if (const auto checked = check_patch(alone); !checked) {
+        import.report.add(Outcome::left_out, "a row that a patch does not take",
+                          shortened_text(beam.light + " " + drive.property + ": " + checked.error().text(), 200));
+        import.patch.mutable_rows()->RemoveLast();
+    }
 }
 
 ModeIndex& index_of(ShowImport& import, const gdtf::Mode& mode) {
