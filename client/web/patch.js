@@ -25,7 +25,8 @@ function partsOf(name) {
 
 const kHighest = ["level", "master"];   // of several rows the highest counts, unless they say otherwise
 const kMergeWords = {highest: "the highest counts of this and", sum: "it is added to", product: "it is a factor beside"};
-const isWrong = (note) => !note.startsWith("the highest");
+const isWrong = (note) => !Object.values(kMergeWords).some((words) => note.startsWith(words));
+const kColors = ["red", "green", "blue"];   // one slot may drive all three of a light: an emitter
 
 // rows: of the patch. faders: [{target, property, text}]. Result: {rows, faders}: for each what there is to note, as sentences.
 export function faults(rows, faders, {lights, groups}) {
@@ -34,8 +35,7 @@ export function faults(rows, faders, {lights, groups}) {
     const found = all.map(() => []), slots = new Map(), parts = new Map();
     const note = (map, key, i) => map.set(key, [...map.get(key) ?? [], i]);
     all.forEach((row, i) => {
-        const alone = row.merge !== "sum" && row.merge !== "product";   // an emitter's slot drives red, green and blue
-        for (let slot = 0; i < rows.length && alone && slot < footprint(row); ++slot) note(slots, `${row.protocol} ${row.universe} ${row.address + slot}`, i);
+        for (let slot = 0; i < rows.length && slot < footprint(row); ++slot) note(slots, `${row.protocol} ${row.universe} ${row.address + slot}`, i);
         if (row.target && !/^#\d+$/.test(row.target) && !names.has(row.target) && !members.has(row.target)) found[i].push(`no light or group ${row.target}`);
         for (const light of members.get(row.target) ?? [row.target ?? ""])
             for (const part of partsOf(row.property)) note(parts, JSON.stringify([light, part]), i);
@@ -43,8 +43,9 @@ export function faults(rows, faders, {lights, groups}) {
     const tell = (map, words) => {
         const pairs = new Map();    // row -> the others
         for (const together of map.values()) {
-            const different = new Set(together);
-            if (different.size > 1) for (const i of different) pairs.set(i, new Set([...pairs.get(i) ?? [], ...different]));
+            const different = new Set(together), first = all[together[0]];
+            const emitter = map === slots && together.every((i) => kColors.includes(all[i].property) && all[i].target === first.target);
+            if (different.size > 1 && !emitter) for (const i of different) pairs.set(i, new Set([...pairs.get(i) ?? [], ...different]));
         }
         for (const [i, others] of pairs) {
             const list = [...others].filter((other) => other !== i).slice(0, 4).map((other) => all[other].text).join(", ");

@@ -224,8 +224,10 @@ std::optional<double> PatchReader::value_of(const Row& row, std::uint32_t raw) {
 void PatchReader::say_joint(Joint& joint, std::vector<PropertyValue>& values) {
     const PropertyRow& property = *joint.rows.front()->property;
     std::optional<double> all;
+    bool controlled = false;
     for (const Row* row : joint.rows) {
-        if (!row->stands) continue;
+        controlled = controlled || row->controlled;
+        if (!row->stands || (joint.merge == Merge::highest && !row->controlled)) continue;
         const double own = *row->stands;
         all = !all                            ? own
               : joint.merge == Merge::sum     ? *all + own
@@ -233,7 +235,7 @@ void PatchReader::say_joint(Joint& joint, std::vector<PropertyValue>& values) {
                                               : std::max(*all, own);
     }
     joint.read = false;
-    if (!all) return;  // where all senders are gone the last look stays
+    if (!all || !controlled) return;  // where all senders are gone the last look stays
     all = std::clamp(*all, property.least, property.most);
     if (all == joint.said) return;
     joint.said = all;
@@ -305,7 +307,9 @@ void PatchReader::read(const DmxKey& key, const DmxUniverse& universe, std::vect
     for (Row& row : found->second) {
         std::optional<Raw> raw = decide(row, universe);
         if (row.joint != SIZE_MAX) {
-            row.stands = raw ? value_of(row, (*raw)[0]) : std::nullopt;
+            row.controlled = raw.has_value();
+            if (raw)
+                if (const auto value = value_of(row, (*raw)[0])) row.stands = value;  // else of no range: as it was
             joints_[row.joint].read = true;
             continue;
         }

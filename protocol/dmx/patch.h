@@ -49,8 +49,8 @@ public:
     // highest priority of the row's first slot wins. Among equals a level or master takes the highest value (of all its
     // 16 bits), everything else the sender that changed its row last. Rows that no sender controls keep their value. Of
     // rows of several universes for one level or master the highest value counts of those that a sender controls,
-    // unless they are merged as "latest". Rows merged as "sum" or "product" for one property are one value, of those
-    // that a sender controls. Of all others the one that changed last counts.
+    // unless they are merged as "latest". Rows merged as "sum" or "product" for one property are one value, as long as
+    // a sender controls one of them; the others count as they were. Of all others the one that changed last counts.
     std::vector<PropertyValue> read(const DmxKey& key, const DmxUniverse& universe);
     void read(const DmxKey& key, const DmxUniverse& universe, std::vector<PropertyValue>& values);  // behind others
     // The rows for the target, or of the property, speak again when their universes are next read. What they said was
@@ -73,7 +73,8 @@ private:
         // Of each sender that has a say, at most kMaxUniverseSources; kept where the one that moved last wins.
         std::vector<std::pair<std::uint32_t, Raw>> last;
         std::size_t joint = SIZE_MAX;    // index into joints_: with others it is one value
-        std::optional<double> stands{};  // then: what it says; nothing while no sender controls it
+        std::optional<double> stands{};  // then: what it says, or said last
+        bool controlled = false;         // by a sender
     };
     enum class Merge : std::uint8_t { latest, highest, sum, product };  // PatchRow::merge
     static Merge merge_of(const Row& row);

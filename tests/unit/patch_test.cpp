@@ -160,6 +160,14 @@ TEST(Patch, RowsMayBeTermsOrFactors) {
     PatchReader product(patch_of({merged(1, "level", "product", 1), merged(2, "level", "product", 1)}));
     EXPECT_DOUBLE_EQ(only(product.read(kUniverse, {{sender(1, {51, 204})}})), 0.16);
     EXPECT_DOUBLE_EQ(only(product.read(kUniverse, {{sender(1, {0, 204})}})), 0.0);
+    v1::PatchRow other = merged(1, "level", "product", 1);
+    other.set_universe(7);
+    PatchReader two(patch_of({merged(1, "level", "product", 1), other}));
+    const DmxKey seven{DmxProtocol::sacn, 7};
+    EXPECT_DOUBLE_EQ(only(two.read(kUniverse, {{sender(1, {51})}})), 0.2);
+    EXPECT_DOUBLE_EQ(only(two.read(seven, {{sender(2, {204})}})), 0.16);
+    EXPECT_TRUE(two.read(kUniverse, {}).empty()) << "its sender has gone: it counts as it was";
+    EXPECT_DOUBLE_EQ(only(two.read(seven, {{sender(2, {102})}})), 0.08);
     PatchReader most(patch_of({merged(1, "level", "sum", 1), merged(2, "level", "sum", 1)}));
     EXPECT_DOUBLE_EQ(only(most.read(kUniverse, {{sender(1, {255, 255})}})), 1.0) << "what the property takes";
     v1::SetPatch bad;
