@@ -1,7 +1,6 @@
 // What the channels of an imported fixture do to its light when a console speaks: GDTF's formulas, slot by slot.
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cmath>
 #include <numbers>
 
@@ -222,7 +221,7 @@ TEST(ImportChannels, RowsAreSuchAsAPatchTakes) {
     EXPECT_NEAR(heard(lamp, {5, 0, 0, 0}).lights.at(0).level_ratio, 0.0, 1e-9);
 }
 
-// The time of an import is bounded: 160 pixels with a DMX profile took 17 s.
+// Levels of pixels need no states of all the others: the square of their number would be beyond the test's time.
 TEST(ImportChannels, ManyPixelsAreReadAtOnce) {
     std::string cells, channels;
     for (int i = 0; i < 300; ++i) {
@@ -232,10 +231,8 @@ TEST(ImportChannels, ManyPixelsAreReadAtOnce) {
                     "'><LogicalChannel Attribute='Dimmer'>" + function_text("Dimmer", "0/1", "0", "0.5") +
                     function_text("Dimmer", "128/1", "0.5", "1") + "</LogicalChannel></DMXChannel>";
     }
-    const auto begin = std::chrono::steady_clock::now();
     const auto asset = show_of(gdtf_of(channels, "<Geometry Name='Base'>" + cells + "</Geometry>"));
     EXPECT_EQ(asset->patch->rows_size(), 300);
-    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20)) << "it was minutes";
 }
 
 // Whichever function is active while nobody speaks, pan and tilt are the tree's.
