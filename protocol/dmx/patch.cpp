@@ -24,8 +24,6 @@ Error refusal_of(std::size_t row, const char* field, std::string value, std::str
             std::move(message)};
 }
 
-constexpr int kMaxRanges = 256;
-
 Result<bool> check_ranges(const v1::PatchRow& row, const PropertyRow& property, std::size_t index) {
     const auto within = [&](double value) {
         return (value >= property.least && value <= property.most) || (property.or_none && value == 0);
@@ -34,7 +32,7 @@ Result<bool> check_ranges(const v1::PatchRow& row, const PropertyRow& property, 
     if (property.values != 1 || property.by_list || row.has_low() || row.has_high())
         return refusal_of(index, "ranges", std::to_string(row.ranges_size()),
                           "are of a property of one number, and instead of low and high");
-    if (row.ranges_size() > kMaxRanges)
+    if (row.ranges_size() > kMaxPatchRanges)
         return refusal_of(index, "ranges", std::to_string(row.ranges_size()), "a row has at most 256 ranges");
     const std::uint32_t most = bytes_of(row) == 2 ? 65535 : 255;
     std::int64_t last = -1;

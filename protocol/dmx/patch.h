@@ -19,6 +19,7 @@
 namespace gonio {
 
 inline constexpr std::size_t kMaxPatchRows = 4096;  // one more is refused: "too_large"
+inline constexpr int kMaxPatchRanges = 256;         // of a row; likewise: "invalid_argument"
 
 // Result: true. Errors: "invalid_argument" with the field as place ("set_patch.rows[3].address"), "too_large".
 // That the targets exist is not asked: a scene may bring them later.

@@ -137,8 +137,7 @@ std::string mend_of_port(int error) {
             return "end what listens there (ss -ltnp names it), or give --listen another port";
         case EACCES:
             return "give --listen a port from 1024, or the unit CAP_NET_BIND_SERVICE both as AmbientCapabilities= and "
-                   "as "
-                   "CapabilityBoundingSet=";
+                   "as CapabilityBoundingSet=";
         case EADDRNOTAVAIL:
             return "give --listen an address of this machine (ip address lists them), or 0.0.0.0 for all";
         default:

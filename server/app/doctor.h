@@ -11,8 +11,8 @@ namespace gonio {
 
 struct Finding {
     enum class State { ok, warning, fault };  // warning: it works, with less than it could; fault: it does not start
-    std::string
-        check;  // "options", "egl", "gpu", "encoder", "port", "device", "time", "buffer", "descriptors", "leader"
+    // "options", "egl", "gpu", "encoder", "port", "device", "time", "buffer", "descriptors", "leader"
+    std::string check;
     State state = State::ok;
     std::string found;  // a sentence
     std::string mend;   // what to do; empty where all is well

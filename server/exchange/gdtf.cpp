@@ -174,10 +174,6 @@ std::optional<Error> read_modes(GdtfRead& read) {
 
 }  // namespace
 
-std::string written(std::string_view name, const char* attribute, std::string_view value) {
-    return std::string(name) + " " + attribute + "=" + shown_text(exchange::trimmed(value));
-}
-
 std::optional<double> GdtfRead::number(const pugi::xml_node& node, const char* attribute, std::string_view name) {
     const std::string_view text = attribute_of(node, attribute);
     const auto value = exchange::number_of(text);

@@ -38,6 +38,13 @@ std::vector<ChannelValue> default_values(const FixtureType& type, const Mode& mo
 // A DMX profile's output of x, both 0..1: the piece with the greatest DMXPercentage <= x; 0 where there is none.
 double profile_output(const DmxProfile& profile, double x);
 
+// Result: the colour of a function's emitter or filter, else of its attribute: the file's own or the standard's.
+Color color_of_function(const FixtureType& type, const ChannelFunction& function);
+// Result: linear Rec.709 of the colour, its luminance as the share that passes or shines.
+glm::dvec3 rgb_of(const Color& color);
+// Result: a component of 0 to 1, clamped; of a function whose physical values go beyond 1.5 the share of the greatest.
+double component(const ChannelFunction& function, double physical);
+
 struct GoboState {
     int number = 1;            // of Gobo1, Gobo2, …
     int wheel = -1, slot = 0;  // indices; the slot's picture may be empty

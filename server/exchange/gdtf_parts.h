@@ -46,8 +46,7 @@ void find_top_level(GdtfRead& read);
 
 // Result: of "x,y,Y"; nothing where it is anything else, or no colour.
 std::optional<Color> color_of(std::string_view text);
-// Result: what a note names of a value that is none: "Lens LuminousFlux=10000,75".
-std::string written(std::string_view name, const char* attribute, std::string_view value);
+using exchange::written;
 // Result: the index of the item of this name; -1 where there is none. Empty and "None" name nothing.
 template <typename Items>
 int index_of(const Items& items, std::string_view name) {

@@ -40,24 +40,6 @@ std::optional<std::pair<int, std::string_view>> numbered(std::string_view attrib
     return std::pair(number, attribute.substr(digits));
 }
 
-Color color_of_function(const FixtureType& type, const ChannelFunction& function) {
-    if (function.emitter >= 0 && type.emitters[function.emitter].color) return *type.emitters[function.emitter].color;
-    if (function.filter >= 0 && type.filters[function.filter].color) return *type.filters[function.filter].color;
-    if (const auto own = type.attribute_colors.find(function.attribute); own != type.attribute_colors.end())
-        return own->second;
-    return standard_color(function.attribute).value_or(Color{});
-}
-
-glm::dvec3 passed(const Color& color) {
-    return rgb_of_xy({color.x, color.y}) * (color.luminance_percent / 100.0);
-}
-
-// A component 0..1; files write 0..100 too.
-double component(const ChannelFunction& function, double physical) {
-    const double most = std::max(std::abs(function.physical_from), std::abs(function.physical_to));
-    return std::clamp(most > 1.5 ? physical / most : physical, 0.0, 1.0);
-}
-
 bool never_filled_in(const ChannelFunction& function) {
     return function.physical_from == 0.0 && function.physical_to == 1.0;
 }
@@ -93,7 +75,7 @@ void take(const FixtureType& type, const ChannelFunction& function, const Channe
         effects.emitters.emplace_back(color_of_function(type, function), component(function, physical));
     } else if (attribute.starts_with("ColorSub_")) {
         const double level = component(function, physical);
-        effects.filter *= 1.0 - level + level * passed(color_of_function(type, function));
+        effects.filter *= 1.0 - level + level * rgb_of(color_of_function(type, function));
     } else if (attribute == "CTC" || attribute == "CTO" || attribute == "CTB") {
         if (!never_filled_in(function) && physical >= 500.0)
             effects.cct_k = std::clamp(physical, kLeastCct_k, kMostCct_k);
@@ -103,7 +85,7 @@ void take(const FixtureType& type, const ChannelFunction& function, const Channe
         else if (shutter->second.starts_with("Strobe"))
             effects.strobe_hz = std::max(effects.strobe_hz, std::max(physical, 0.0));
     } else if (numbered(attribute, "Color") && slot != nullptr) {
-        if (slot->color) effects.filter *= passed(*slot->color);
+        if (slot->color) effects.filter *= rgb_of(*slot->color);
     } else if (const auto gobo = numbered(attribute, "Gobo")) {
         GoboState& state = gobo_of(effects, gobo->first);
         if (gobo->second == "Pos") {
@@ -130,6 +112,23 @@ glm::dvec3 color_of_beam(const Effects& all, double lamp_k, double& white_k) {
 }
 
 }  // namespace
+
+Color color_of_function(const FixtureType& type, const ChannelFunction& function) {
+    if (function.emitter >= 0 && type.emitters[function.emitter].color) return *type.emitters[function.emitter].color;
+    if (function.filter >= 0 && type.filters[function.filter].color) return *type.filters[function.filter].color;
+    if (const auto own = type.attribute_colors.find(function.attribute); own != type.attribute_colors.end())
+        return own->second;
+    return standard_color(function.attribute).value_or(Color{});
+}
+
+glm::dvec3 rgb_of(const Color& color) {
+    return rgb_of_xy({color.x, color.y}) * (color.luminance_percent / 100.0);
+}
+
+double component(const ChannelFunction& function, double physical) {
+    const double most = std::max(std::abs(function.physical_from), std::abs(function.physical_to));
+    return std::clamp(most > 1.5 ? physical / most : physical, 0.0, 1.0);
+}
 
 std::vector<BeamState> beam_states(const FixtureType& type, const Mode& mode, const std::vector<ChannelValue>& values,
                                    const StateOptions& options) {

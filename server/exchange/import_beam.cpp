@@ -99,17 +99,14 @@ std::vector<gdtf::ChannelValue> values_of(ModeIndex& index, const FixtureBeam& b
                                    index.defaults);
 }
 
-// values: of a property, by slot value. Adds the row.
-void add_values(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by, const Wanted& wanted,
-                const char* property, std::vector<std::optional<double>> values, const char* merge) {
+// values: of a property, by slot value; what it does not take is left out or bounded.
+std::vector<v1::PatchRange> ranges_of(const char* property, std::vector<std::optional<double>> values) {
     const PropertyRow& row = *find_property(property);
     for (std::optional<double>& value : values) {
         if (value && !std::isfinite(*value)) value.reset();
         if (value && !(row.or_none && *value == 0.0)) value = std::clamp(*value, row.least, row.most);
     }
-    auto& ranges = index.ranges[{by.patched, beam.geometry, property}];
-    ranges = ranges_of(values);
-    if (!ranges.empty()) add_row(import, beam, by, wanted, {property, 0.0, 0.0, ranges, merge});
+    return ranges_of(values);
 }
 
 }  // namespace
@@ -138,35 +135,37 @@ void add_ranges(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, c
         values.push_back(value.function < 0
                              ? std::nullopt
                              : read(functions[static_cast<std::size_t>(value.function)], value.physical));
-    add_values(import, index, beam, by, wanted, property, std::move(values), merge);
+    const auto ranges = ranges_of(property, std::move(values));
+    if (!ranges.empty()) add_row(import, beam, by, wanted, {property, 0.0, 0.0, ranges, merge});
 }
 
 void add_state_ranges(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by,
                       const Wanted& wanted, const char* property, const ReadState& read) {
-    const auto known = index.ranges.find({by.patched, beam.geometry, property});
-    if (known != index.ranges.end()) {  // of another fixture of this mode
-        if (!known->second.empty()) add_row(import, beam, by, wanted, {property, 0.0, 0.0, known->second});
-        return;
+    const auto [at, fresh] = index.ranges.try_emplace({by.patched, beam.geometry, property});
+    std::vector<v1::PatchRange>& ranges = at->second;
+    if (fresh) {  // else of another fixture of this mode
+        const std::size_t steps = 256 * (beam.mode.patched.size() + beam.mode.geometries.size());
+        if (import.state_steps + steps > kMostStateSteps) {
+            index.ranges.erase(at);
+            import.report.add(Outcome::left_out, "a row of the patch that takes an import too long",
+                              beam.light + " " + property);
+            return;
+        }
+        import.state_steps += steps;
+        std::vector<std::optional<double>> values;
+        const auto own = static_cast<std::size_t>(by.patched - beam.mode.patched.data());
+        const auto said = values_of(index, beam, by);
+        std::vector<gdtf::ChannelValue> all = index.defaults;
+        for (const gdtf::ChannelValue& value : said) {
+            all[own] = value;
+            std::optional<double>& found = values.emplace_back();
+            if (value.function < 0) continue;
+            for (const gdtf::BeamState& state : gdtf::beam_states(beam.type, beam.mode, all))
+                if (state.geometry == beam.geometry) found = read(state);
+        }
+        ranges = ranges_of(property, std::move(values));
     }
-    const std::size_t steps = 256 * (beam.mode.patched.size() + beam.mode.geometries.size());
-    if (import.state_steps + steps > kMostStateSteps) {
-        import.report.add(Outcome::left_out, "a row of the patch that takes an import too long",
-                          beam.light + " " + property);
-        return;
-    }
-    import.state_steps += steps;
-    std::vector<std::optional<double>> values;
-    const auto own = static_cast<std::size_t>(by.patched - beam.mode.patched.data());
-    const auto said = values_of(index, beam, by);
-    std::vector<gdtf::ChannelValue> all = index.defaults;
-    for (const gdtf::ChannelValue& value : said) {
-        all[own] = value;
-        std::optional<double>& found = values.emplace_back();
-        if (value.function < 0) continue;
-        for (const gdtf::BeamState& state : gdtf::beam_states(beam.type, beam.mode, all))
-            if (state.geometry == beam.geometry) found = read(state);
-    }
-    add_values(import, index, beam, by, wanted, property, std::move(values), "");
+    if (!ranges.empty()) add_row(import, beam, by, wanted, {property, 0.0, 0.0, ranges});
 }
 
 void read_gobos(ShowImport& import, const ZipArchive& archive, const gdtf::FixtureType& type) {

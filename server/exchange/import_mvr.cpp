@@ -14,7 +14,6 @@
 #include "server/assets/scale.h"
 #include "server/base/bounded_file.h"
 #include "server/exchange/import_parts.h"
-#include "server/exchange/mesh_3ds.h"
 
 namespace gonio::exchange {
 namespace {

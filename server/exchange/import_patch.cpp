@@ -23,7 +23,6 @@ constexpr std::size_t kHome = 1;
 constexpr auto kLooks = std::to_array<Look>(
     {{0.0, 1.0}, {0.0, 0.0}, {0.0, -1.2}, {0.0, 2.0}, {0.7, 0.5}, {0.7, -1.2}, {-1.9, 1.0}, {-1.9, 2.0}});
 
-constexpr int kMaxRows = 4096;                // of a patch
 constexpr double kMostTurn_rad = 64.0 * kPi;  // of the properties
 
 Wanted is(std::string_view attribute) {
@@ -46,18 +45,12 @@ Slot slot_of(const mvr::Fixture& fixture, int dmx_break, int slot) {
     return {};
 }
 
-// What is the share 1 of a function: 1, or of one in percent what it reaches.
-double whole_share(const gdtf::ChannelFunction& function) {
-    const double most = std::max(std::abs(function.physical_from), std::abs(function.physical_to));
-    return most > 1.5 ? most : 1.0;
-}
-
 // none, all: of the property where the channel's share is 0 and 1.
 void add_share(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by, const Drive& drive) {
     const auto at = [&](double share) { return drive.low + (drive.high - drive.low) * share; };
     const Wanted wanted = is(by.function->attribute);
     if (is_line(beam, by)) {
-        const auto share = [&](double physical) { return std::clamp(physical / whole_share(*by.function), 0.0, 1.0); };
+        const auto share = [&](double physical) { return gdtf::component(*by.function, physical); };
         return add_row(import, beam, by, wanted,
                        {drive.property,
                         at(share(by.function->physical_from)),
@@ -69,7 +62,7 @@ void add_share(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, co
         import, index, beam, by, wanted, drive.property,
         [&](const gdtf::ChannelFunction& function, double physical) -> std::optional<double> {
             if (!wanted(function.attribute)) return std::nullopt;
-            return at(std::clamp(physical / whole_share(function), 0.0, 1.0));
+            return at(gdtf::component(function, physical));
         },
         drive.merge);
 }
@@ -95,17 +88,6 @@ void add_components(ShowImport& import, ModeIndex& index, const FixtureBeam& bea
                               {kProperties[k], share.none, share.all, {}, shares[k].size() > 1 ? merge : ""});
 }
 
-gdtf::Color color_of(const FixtureBeam& beam, const gdtf::ChannelFunction& function) {
-    const auto named = [&](const std::vector<gdtf::NamedColor>& colors, int at) {
-        return at >= 0 ? colors[static_cast<std::size_t>(at)].color : std::nullopt;
-    };
-    if (const auto emitter = named(beam.type.emitters, function.emitter)) return *emitter;
-    if (const auto filter = named(beam.type.filters, function.filter)) return *filter;
-    const auto own = beam.type.attribute_colors.find(function.attribute);
-    if (own != beam.type.attribute_colors.end()) return own->second;
-    return gdtf::standard_color(function.attribute).value_or(gdtf::Color{});
-}
-
 // Emitters are terms of red, green and blue, filters are factors of the lamp's white, as gdtf::beam_states has them.
 // white: of the lamp. A share of less than kLeast of a component's change has no row.
 void add_colors(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const glm::dvec3& white) {
@@ -114,15 +96,14 @@ void add_colors(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, c
     double sum = 0.0;  // of the luminances of all emitters that light this beam
     for (int at = beam.geometry; at >= 0; at = beam.mode.geometries[static_cast<std::size_t>(at)].parent) {
         const auto [first, last] = index.emitters_of.equal_range(at);
-        for (auto one = first; one != last; ++one) sum += color_of(beam, *one->second).luminance_percent;
+        for (auto one = first; one != last; ++one)
+            sum += gdtf::color_of_function(beam.type, *one->second).luminance_percent;
     }
     const auto emitters = all_driving(index, beam, begins("ColorAdd_"));
     if (!emitters.empty() && sum > 0.0) {
         std::vector<glm::dvec3> rgb;
-        for (const Driving& by : emitters) {
-            const gdtf::Color color = color_of(beam, *by.function);
-            rgb.push_back(rgb_of_xy({color.x, color.y}) * (color.luminance_percent / sum));
-        }
+        for (const Driving& by : emitters)
+            rgb.push_back(gdtf::rgb_of(gdtf::color_of_function(beam.type, *by.function)) * (100.0 / sum));
         for (int k = 0; k < 3; ++k) {
             double whole = 0.0;
             for (const glm::dvec3& one : rgb) whole += one[k];
@@ -136,8 +117,7 @@ void add_colors(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, c
     }
     const auto filters = all_driving(index, beam, begins("ColorSub_"));
     for (const Driving& by : filters) {
-        const gdtf::Color color = color_of(beam, *by.function);
-        const glm::dvec3 passed = rgb_of_xy({color.x, color.y}) * (color.luminance_percent / 100.0);
+        const glm::dvec3 passed = gdtf::rgb_of(gdtf::color_of_function(beam.type, *by.function));
         const glm::dvec3 stopped = 1.0 - passed;
         for (int k = 0; k < 3; ++k)
             if (std::abs(stopped[k]) > kLeast)
@@ -177,7 +157,6 @@ bool add_temperature(ShowImport& import, ModeIndex& index, const FixtureBeam& be
 // The ranges of a channel's functions that turn about an axis, ascending; of those that overlap the first counts.
 std::vector<v1::PatchRange> turns_of(const FixtureBeam& beam, const Driving& by, const Wanted& wanted, double offset,
                                      double sign, bool wide) {
-    constexpr std::size_t kMost = 256;  // of a row
     std::vector<const gdtf::ChannelFunction*> functions;
     for (const gdtf::ChannelFunction& one : beam.mode.channels[static_cast<std::size_t>(by.patched->channel)].functions)
         if (wanted(one.attribute)) functions.push_back(&one);
@@ -187,7 +166,7 @@ std::vector<v1::PatchRange> turns_of(const FixtureBeam& beam, const Driving& by,
     for (const gdtf::ChannelFunction* const one : functions) {
         const std::uint32_t begin = one->from >> shift, end = one->to >> shift;
         const std::uint32_t from = ranges.empty() ? begin : std::max(begin, ranges.back().to() + 1);
-        if (from > end || ranges.size() == kMost) continue;
+        if (from > end || ranges.size() == kMaxPatchRanges) continue;
         const double skipped = end > begin ? static_cast<double>(from - begin) / (end - begin) : 0.0;
         const double first = one->physical_from + skipped * (one->physical_to - one->physical_from);
         v1::PatchRange& range = ranges.emplace_back();
@@ -224,16 +203,14 @@ Head head_of(ModeIndex& index, const FixtureBeam& beam) {
 std::optional<HeadAxes> add_turns(ShowImport& import, ModeIndex& index, const FixtureBeam& beam) {
     const Driving pan = driving(index, beam, is("Pan")), tilt = driving(index, beam, is("Tilt"));
     if (pan.patched == nullptr && tilt.patched == nullptr) return std::nullopt;
-    const auto named = [&] {  // they have a line already
-        if (pan.patched != nullptr) index.driven.emplace(pan.patched->channel, "Pan");
-        if (tilt.patched != nullptr) index.driven.emplace(tilt.patched->channel, "Tilt");
-    };
+    // They have rows or a line.
+    if (pan.patched != nullptr) index.driven.emplace(pan.patched->channel, "Pan");
+    if (tilt.patched != nullptr) index.driven.emplace(tilt.patched->channel, "Tilt");
     const auto never_filled_in = [&](const Driving& by) {
         return by.patched == nullptr || !is_filled_in(beam, by, is(by.function->attribute));
     };
     if (never_filled_in(pan) && never_filled_in(tilt)) {
         import.report.add(Outcome::left_out, "pan and tilt of a fixture type were never filled in", beam.type.name);
-        named();
         return std::nullopt;
     }
     auto& directions = index.directions[{beam.fixture.invert_pan, beam.fixture.invert_tilt}];
@@ -243,12 +220,10 @@ std::optional<HeadAxes> add_turns(ShowImport& import, ModeIndex& index, const Fi
     if (!axes) {
         import.report.add(Outcome::left_out, "pan and tilt of a fixture whose axes are no tilt below a pan",
                           beam.light);
-        named();
         return std::nullopt;
     }
     const auto add = [&](const Driving& by, const char* attribute, const char* property, double offset, double sign) {
         if (by.patched == nullptr) return;
-        index.driven.emplace(by.patched->channel, attribute);
         if (never_filled_in(by)) {
             import.report.add(Outcome::left_out, "pan or tilt of a fixture type was never filled in", beam.type.name);
             return;
@@ -305,7 +280,7 @@ void add_row(ShowImport& import, const FixtureBeam& beam, const Driving& by, con
                           beam.light + " " + drive.property);
         return;
     }
-    if (import.patch.rows_size() >= kMaxRows) {
+    if (import.patch.rows_size() >= static_cast<int>(kMaxPatchRows)) {
         import.report.add(Outcome::left_out, "a property beyond the 4,096 rows of a patch", beam.light);
         return;
     }

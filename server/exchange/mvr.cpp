@@ -85,10 +85,7 @@ struct Reading {
     }
 };
 
-// Result: what a note names of an object's value that is none.
-std::string written(std::string_view name, const char* element, std::string_view value) {
-    return std::string(name) + " " + element + "=" + shown_text(exchange::trimmed(value));
-}
+using exchange::written;
 
 // node: the Matrix, or null.
 glm::dmat4 noted_matrix(Reading& reading, const exchange::ReadMatrix& read, const pugi::xml_node& node,

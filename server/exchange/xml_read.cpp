@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "ies/core/text.h"
+
 namespace gonio::exchange {
 namespace {
 
@@ -43,6 +45,10 @@ std::string_view trimmed(std::string_view text) {
     const std::size_t first = text.find_first_not_of(kBlanks);
     if (first == std::string_view::npos) return {};
     return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
+}
+
+std::string written(std::string_view name, const char* place, std::string_view value) {
+    return std::string(name) + " " + place + "=" + shown_text(trimmed(value));
 }
 
 std::optional<double> number_of(std::string_view text) {

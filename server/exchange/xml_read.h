@@ -28,6 +28,9 @@ std::optional<double> number_of(const pugi::xml_node& node, const char* attribut
 // Result: without blanks, tabs and line ends on both sides.
 std::string_view trimmed(std::string_view text);
 std::string_view attribute_of(const pugi::xml_node& node, const char* attribute);
+// Result: what a note names of a value that is none, of an attribute or element: "Lens LuminousFlux=10000,75".
+std::string written(std::string_view name, const char* place, std::string_view value);
+
 // Result: the text of a child, trimmed; empty where it is missing.
 std::string_view child_text(const pugi::xml_node& node, const char* child);
 
