@@ -12,11 +12,11 @@
 #include <stdexcept>
 
 #include "server/scene/apply.h"
-#include "server/scene/opening.h"
 #include "server/trace/reference.h"
 #include "server/trace/sources.h"
 #include "shaders/lib/as_cpp.h"
 #include "tests/bench/errors.h"
+#include "tests/bench/scene_hash.h"
 
 namespace gonio::bench {
 namespace {
@@ -24,78 +24,12 @@ namespace {
 // Part of the hash: raise it when the same scene gets other values, by a change of the passes or of the path tracer.
 constexpr std::uint32_t kVersion = 4;
 
-// FNV-1a, 64 bits, over the object representation of plain values.
-struct Hash {
-    std::uint64_t value = 14695981039346656037ull;
-
-    void bytes(const void* data, std::size_t size) {
-        const auto* p = static_cast<const unsigned char*>(data);
-        for (std::size_t i = 0; i < size; ++i) value = (value ^ p[i]) * 1099511628211ull;
-    }
-    template <typename T>
-    requires std::is_arithmetic_v<T> || std::is_enum_v<T>
-    void add(T x) { bytes(&x, sizeof x); }
-    void add(const glm::dvec3& v) { bytes(&v[0], sizeof v); }
-    template <typename T>
-    void add(const std::vector<T>& values) {
-        static_assert(std::is_arithmetic_v<T> || std::is_same_v<T, Vertex>);  // no padding
-        add(values.size());
-        if (!values.empty()) bytes(values.data(), values.size() * sizeof(T));
-    }
-};
-
 std::uint64_t content_hash(const Scene& scene, const ReferenceSettings& settings) {
     Hash h;
     h.add(kVersion);
     for (const double x : {settings.noise, settings.seconds}) h.add(x);
     for (const int x : {settings.cells, settings.rsm_size, scene.width_px, scene.height_px}) h.add(x);
-    h.add(scene.camera.eye);
-    h.add(scene.camera.target);
-    h.add(scene.camera.fov_rad);
-    const SceneAsset& asset = *scene.asset;
-    for (const Mesh& mesh : asset.meshes) {
-        h.add(mesh.vertices);
-        if (!mesh.colors.empty()) h.bytes(mesh.colors.data(), mesh.colors.size() * sizeof(glm::u16vec4));
-        if (!mesh.tangents.empty()) h.bytes(mesh.tangents.data(), mesh.tangents.size() * sizeof(glm::vec4));
-        h.add(mesh.indices);
-        h.add(mesh.material);
-    }
-    for (const Material& m : asset.materials) {
-        h.bytes(&m.base_color[0], sizeof m.base_color);
-        h.bytes(&m.emissive_nit[0], sizeof m.emissive_nit);
-        for (const int x : {m.base_color_image, m.emissive_image, static_cast<int>(m.wrap_s),
-                            static_cast<int>(m.wrap_t), int{m.alpha_mask}, int{m.double_sided}})
-            h.add(x);
-        h.add(m.alpha_cutoff);
-        if (m.transmissive()) h.add(m.transmission);
-    }
-    for (const Image& image : asset.images) {
-        h.add(image.width_px);
-        h.add(image.rgba);
-    }
-    for (const Instance& instance : asset.instances) {
-        h.add(instance.mesh);
-        h.bytes(&instance.world_from_mesh[0][0], sizeof instance.world_from_mesh);
-    }
-    if (scene.haze.extinction_per_m > 0.0)
-        for (const double x : {scene.haze.extinction_per_m, scene.haze.albedo, scene.haze.g, scene.haze.layer_height_m})
-            h.add(x);
-    for (const Light& light : scene.lights) {
-        const ies::PhotometricWeb& web = light.profile->photometry.web;
-        if (const ies::Opening opening = opening_of(light); opening.shape != ies::OpeningShape::point) {
-            h.add(static_cast<int>(opening.shape));
-            for (const auto& side : {opening.length, opening.width, opening.height}) h.add(side.base());
-        }
-        h.add(web.goniometer);
-        h.add(web.v_rad);
-        h.add(web.h_rad);
-        h.add(web.candela);
-        h.add(light.position);
-        for (const double x :
-             {light.world_from_light.w, light.world_from_light.x, light.world_from_light.y, light.world_from_light.z})
-            h.add(x);
-        h.add(light_weight(scene, light));
-    }
+    h.add(scene);
     return h.value;
 }
 

@@ -7,27 +7,18 @@
 
 #include "server/render/inspect.h"
 #include "server/trace/reference.h"
+#include "tests/scenes/placed.h"
 #include "tests/scenes/scenes.h"
 #include "tests/stress/stress.h"
 
 namespace gonio::stress {
 
-// Gives every part of the scene a revision that no scene had before: one renderer sees them all.
-void renew(Scene& scene);
-
-struct Placed {
-    Mesh mesh;
-    Material material;
-    glm::dmat4 world_from_mesh{1.0};
-};
-// A scene of the pieces and the lights, 48 × 48, renewed. lights: name, position, orientation, profile, multiplier.
-Scene scene_of_pieces(std::vector<Placed> pieces, std::vector<LightSeed> lights, std::vector<Image> images = {});
-LightSeed light_seed(std::shared_ptr<const Profile> profile, const glm::dvec3& position,
-                     const glm::dquat& orientation = orientation_of({}));
-Material matte(double reflectance);
-
-// Quads of a box; inwards: a room.
-std::vector<Placed> box(const glm::dvec3& min, const glm::dvec3& max, double reflectance, bool inwards);
+using test::box;
+using test::light_seed;
+using test::matte;
+using test::Placed;
+using test::renew;
+using test::scene_of_pieces;
 
 struct Meter {
     glm::dvec3 point, normal;
@@ -40,6 +31,8 @@ v1::MeterReading read_meter(Bench& bench, const Scene& scene, const Meter& meter
 // Reference readings, checked likewise.
 std::vector<trace::Reading> read_reference(Bench& bench, const Scene& scene, std::span<const Meter> meters,
                                            const trace::Settings& settings);
+// The largest reflectance of any surface, in any channel; textures only darken.
+double greatest_albedo(const SceneAsset& asset);
 // Values of a capture, checked likewise; 4 per pixel.
 std::vector<float> values_of(Bench& bench, const Scene& scene, View view, int width_px, int height_px,
                              int bounces = trace::kAllBounces);
