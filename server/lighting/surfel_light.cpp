@@ -16,18 +16,25 @@ float spot_share(const transport::Surfels& surfels, const std::vector<float>& di
 }
 
 constexpr float kNearRadii = 4.0f;
+// Distance from a surfel to a luminaire, or to the nearest of some points of its opening, in radii; not exact where it
+// is beyond kNearRadii.
+float radii_from(const transport::Surfels& surfels, std::size_t i, const DirectLight& luminaire) {
+    const glm::vec3 from = surfels.position(i) - luminaire.position;
+    float least_m = glm::length(from);
+    if (luminaire.parts && least_m < luminaire.parts->radius_m + kNearRadii * surfels.radius_m)
+        for (const glm::vec3& point : luminaire.parts->few) least_m = std::min(least_m, glm::distance(from, point));
+    return least_m / surfels.radius_m;
+}
 // 1: the luminaire is nearer to the surfel than others are.
-float near_share(const transport::Surfels& surfels, std::size_t i, const glm::vec3& light) {
-    return 1.0f - glm::smoothstep(2.0f, kNearRadii, glm::distance(surfels.position(i), light) / surfels.radius_m);
+float near_share(const transport::Surfels& surfels, std::size_t i, const DirectLight& luminaire) {
+    return 1.0f - glm::smoothstep(2.0f, kNearRadii, radii_from(surfels, i, luminaire));
 }
 
 }  // namespace
 
-bool takes_flux(const transport::Surfels& surfels, const glm::vec3& light, const std::vector<float>& direct) {
-    const float near_m = kNearRadii * surfels.radius_m;
+bool takes_flux(const transport::Surfels& surfels, const DirectLight& luminaire, const std::vector<float>& direct) {
     for (std::size_t i = 0; i < surfels.count; ++i) {
-        const glm::vec3 d = surfels.position(i) - light;
-        if (glm::dot(d, d) < near_m * near_m) return true;
+        if (radii_from(surfels, i, luminaire) < kNearRadii) return true;
     }
     return spot_share(surfels, direct) > 0.0f;
 }
@@ -87,7 +94,7 @@ void take_flux(const VplRays& rays, const transport::Transport::Surface& surface
         if (!(landed[i] > 0.0f || everywhere > 0.0f)) continue;
         // A few rays say less than the centre, however near.
         const float enough = glm::smoothstep(4.0f, 16.0f, landed[i]);
-        out[i] = glm::mix(out[i], taken[i], std::max(everywhere, enough * near_share(surfels, i, light)));
+        out[i] = glm::mix(out[i], taken[i], std::max(everywhere, enough * near_share(surfels, i, luminaire)));
     }
 }
 
@@ -151,6 +158,8 @@ void LinkEnds::each(const transport::Transport::Surface& surface, const EndLight
     const transport::Surfels& surfels = surface.surfels;
     direct.resize((normal.size() + kSimdWidth - 1) / kSimdWidth * kSimdWidth);
     for (auto& values : points) values.resize(direct.size(), 0.0f);
+    for (std::size_t k = 0; k < normal.size() && surfels.detailed; ++k)
+        for (std::size_t axis = 0; axis < 3; ++axis) points[axis + 3][k] = surfels.facing[axis][surfel[k]];
     direct_at_points(points_at(points, 0), normal, *surface.geometry, light.light, direct.data());
     for (std::size_t k = 0; k < normal.size(); ++k) {
         glm::vec3 sum(light.narrow * (1.0f - vpl_share(length_m[k], surfels.radius_m)) * direct[k]);
@@ -166,8 +175,11 @@ void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry&
     static_assert(kChunk % kSimdWidth == 0 && kSimdWidth == transport::kPadding);
     out.resize(surfels.points[0].size());
     pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t count) {
-        direct_at_points(points_at(surfels.points, first), std::span(surfels.geometric).subspan(first, count), geometry,
-                         light, out.data() + first);
+        const float* at[6];
+        for (std::size_t k = 0; k < 3; ++k)
+            at[k] = surfels.points[k].data() + first, at[k + 3] = surfels.facing[k].data() + first;
+        direct_at_points({at[0], at[1], at[2], at[3], at[4], at[5]}, std::span(surfels.geometric).subspan(first, count),
+                         geometry, light, out.data() + first);
     });
 }
 

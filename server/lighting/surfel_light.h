@@ -51,7 +51,7 @@ inline constexpr float kExactRadii = 2.0f;
 // luminaire that is nearer to a surface. There the luminaire's rays count, each with its flux over the areas of the
 // surfels around its end: no flux is lost.
 // Result: whether there is such light.
-bool takes_flux(const transport::Surfels& surfels, const glm::vec3& light, const std::vector<float>& direct);
+bool takes_flux(const transport::Surfels& surfels, const DirectLight& luminaire, const std::vector<float>& direct);
 // out: as of direct_at_surfels. rays: of the luminaire's profile. Render thread.
 void take_flux(const VplRays& rays, const transport::Transport::Surface& surface, const DirectLight& luminaire,
                std::vector<float>& out, Pool& pool);

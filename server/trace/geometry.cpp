@@ -315,7 +315,7 @@ bool Geometry::closest(const glm::vec3& from, const glm::vec3& direction, float 
     const RTCRayHit& query = ray.query;
     hit = surface(query.hit.geomID, query.hit.primID, query.hit.u, query.hit.v,
                   {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z}, direction, true);
-    if (!parts_[query.hit.geomID].mesh->tangents.empty()) hit.normal = mapped_normal(hit, query.hit.u, query.hit.v);
+    hit.normal = detailed_normal(hit, query.hit.u, query.hit.v);
     hit.distance = query.ray.tfar;
     hit.tint = tint;
     return true;
@@ -355,9 +355,9 @@ SurfaceHit Geometry::surface(unsigned instance, unsigned triangle, float hit_u, 
     return hit;
 }
 
-// Result: the shading normal that the normal map gives. hit: with the smooth one.
-glm::vec3 Geometry::mapped_normal(const SurfaceHit& hit, float u, float v) const {
+glm::vec3 Geometry::detailed_normal(const SurfaceHit& hit, float u, float v) const {
     const Part& part = parts_[static_cast<std::size_t>(hit.instance)];
+    if (part.mesh->tangents.empty()) return hit.normal;
     const Material& material = *part.material;
     const std::uint32_t* index = &part.mesh->indices[static_cast<std::size_t>(hit.triangle) * 3];
     const std::vector<glm::vec4>& tangents = part.mesh->tangents;

@@ -107,6 +107,10 @@ public:
     bool surface_at(int instance, int triangle, float u, float v, bool front, SurfaceHit& hit,
                     bool colours = true) const;
 
+    // Returns the shading normal at barycentric (u, v) as the normal map has it; where there is none, hit.normal. hit:
+    // of closest() or surface_at().
+    glm::vec3 detailed_normal(const SurfaceHit& hit, float u, float v) const;
+
     // Corners of an instance's triangles by its mesh's indices, local, m.
     std::span<const glm::vec3> positions(int instance) const {
         const Part& part = parts_[static_cast<std::size_t>(instance)];
@@ -129,7 +133,6 @@ private:
     SurfaceHit surface(unsigned instance, unsigned triangle, float u, float v, glm::vec3 geometric,
                        const glm::vec3& direction, bool colours) const;
     glm::vec4 base_color_at(const Part& part, int triangle, float u, float v) const;
-    glm::vec3 mapped_normal(const SurfaceHit& hit, float u, float v) const;
     struct RayState;
     template <typename Stops>
     bool follow_panes(RayState& ray, Stops stops) const;

@@ -58,9 +58,13 @@ std::shared_ptr<const LinkSet> trace_links(const trace::Geometry& geometry, cons
     pool.run_chunks(surfels.count, kChunk, [&](std::size_t begin, std::size_t size) {
         trace::HitPacket hits;
         for (std::size_t i = begin; i < begin + size && !stopped(); ++i) {
-            const glm::vec3 p = surfels.position(i), from = p + surfels.geometric[i] * geometry.step_off(p);
+            const glm::vec3 p = surfels.position(i), from = p + surfels.geometric[i] * geometry.step_off(p),
+                            mean = surfels.detailed_normal(i);
+            // Where normal maps point every way the mean says nothing.
+            const float length = glm::length(mean);
+            const glm::vec3 normal = surfels.detailed && length > 0.1f ? mean / length : surfels.normal(i);
             for (unsigned k = 0; k < count; k += trace::kPacket)
-                follow(make_fan(from, surfels.normal(i), surfels.geometric[i],
+                follow(make_fan(from, normal, surfels.geometric[i],
                                 fan_directions(static_cast<std::uint32_t>(i), first + k)),
                        geometry, surfels, cells, hits, set->ids.data() + i * count + k);
         }

@@ -44,14 +44,17 @@ bool in_sight(const trace::Geometry& geometry, const glm::vec3& p, const glm::ve
 class Reached {
 public:
     Reached(float side_m, std::size_t cells) : side_m_(side_m), buckets_(power_of_two(64 * cells), 0) {}
-    void add(const glm::vec3& p, const glm::vec3& normal) {
+    // Returns whether there were few points there before.
+    bool add(const glm::vec3& p, const glm::vec3& normal) {
         std::uint32_t& bucket = buckets_[bucket_of(p, normal)];
         if (bucket == 0) {
             some_.emplace_back();
             bucket = static_cast<std::uint32_t>(some_.size());
         }
         Some& some = some_[bucket - 1];
-        if (some.count < kSome) some.points[some.count++] = {p, normal};
+        if (some.count == kSome) return false;
+        some.points[some.count++] = {p, normal};
+        return true;
     }
     // Whether one of them is in sight: else it is on the other side of a wall.
     bool sees(const trace::Geometry& geometry, const glm::vec3& p, const glm::vec3& normal) const {
@@ -83,6 +86,7 @@ private:
 
 struct Candidate : trace::SurfacePoint {
     glm::vec3 albedo;
+    glm::vec3 detailed;  // normal as the normal map has it
 };
 
 // All triangles by the area up to them, so that points are drawn evenly.
@@ -90,7 +94,8 @@ struct Areas {
     std::vector<double> running{0.0};
     std::vector<std::pair<int, int>> which;  // instance, triangle
 
-    explicit Areas(const trace::Geometry& geometry) {
+    // only: of these triangles alone, in ascending order; empty: of all.
+    explicit Areas(const trace::Geometry& geometry, std::span<const std::pair<int, int>> only = {}) {
         const SceneAsset& asset = geometry.asset();
         for (std::size_t i = 0; i < asset.instances.size(); ++i) {
             const Mesh& mesh = asset.meshes[static_cast<std::size_t>(asset.instances[i].mesh)];
@@ -99,8 +104,10 @@ struct Areas {
                 const glm::dvec3 a(c[0]), b(c[1]), d(c[2]);
                 const double area = 0.5 * glm::length(glm::cross(b - a, d - a));
                 if (!(area > 0.0) || !std::isfinite(area)) continue;
+                const std::pair<int, int> own(static_cast<int>(i), static_cast<int>(t));
+                if (!only.empty() && !std::binary_search(only.begin(), only.end(), own)) continue;
                 running.push_back(running.back() + area);
-                which.emplace_back(static_cast<int>(i), static_cast<int>(t));
+                which.push_back(own);
             }
         }
     }
@@ -173,11 +180,12 @@ struct Placement {
     const SurfelSettings& settings;
     Pool& pool;
     const std::function<bool()>& stopped;
-    const Areas areas{geometry};
+    Areas areas{geometry};
+    std::vector<std::pair<int, int>> met_triangles{};  // by the walks: instance, triangle; ascending
 
     Surfels run() {
         Surfels surfels;
-        const double all_m2 = 2.0 * areas.running.back();  // of both sides
+        double all_m2 = 2.0 * areas.running.back();  // of both sides
         if (!(all_m2 > 0.0) || seeds.empty()) return surfels;
         const auto wanted = [&](double m2) {
             return std::clamp(m2 / (settings.spacing_m * settings.spacing_m), static_cast<double>(settings.least),
@@ -189,7 +197,17 @@ struct Placement {
         walk(reached);
         if (stopped()) return {};
         // A first, sparse set says how much of the area is reached.
-        const std::vector<Candidate> few = candidates(static_cast<std::size_t>(2.0 * guess), 0x51ed270bu, reached);
+        const auto sparse = [&] { return candidates(static_cast<std::size_t>(2.0 * guess), 0x51ed270bu, reached); };
+        std::vector<Candidate> few = sparse();
+        // Light that stays in a housing of a large scene reaches a part of it that few of these points are in: then
+        // they are drawn on the triangles that the walks met.
+        constexpr double kLittle = 0.01;
+        if (static_cast<double>(few.size()) < kLittle * 2.0 * guess) {
+            areas = Areas(geometry, met_triangles);
+            all_m2 = 2.0 * areas.running.back();
+            if (!(all_m2 > 0.0)) return surfels;
+            few = sparse();
+        }
         const double reached_m2 = all_m2 * static_cast<double>(few.size()) / (2.0 * guess);
         const double count = wanted(reached_m2);
         if (few.empty() || stopped()) return {};
@@ -205,43 +223,66 @@ struct Placement {
         return surfels;
     }
 
-    // Diffuse random walks from the seeds.
+    // Diffuse random walks from the seeds, kPathLength steps at a time. Those that came to new places go on from there:
+    // few pass a keyhole, and late.
     void walk(Reached& reached) {
-        constexpr int kPackets = kPaths / trace::kPacket;
-        std::vector<std::vector<std::pair<glm::vec3, glm::vec3>>> met(kPackets);
-        pool.run(kPackets, [&](int packet) {
-            if (stopped()) return;
-            trace::RayPacket rays;
-            trace::SurfaceHit hits[trace::kPacket];
+        constexpr int kPackets = kPaths / trace::kPacket, kMostRounds = 32;
+        struct Met {
+            glm::vec3 position, normal;
+            std::pair<int, int> triangle;
+            int walker;
+        };
+        struct Walkers {
+            trace::SurfaceHit at[trace::kPacket];
             unsigned active = ~0u >> (32 - trace::kPacket);
-            for (int step = 0; step < kPathLength && active != 0; ++step) {
-                for (int i = 0; i < trace::kPacket; ++i) {
-                    if ((active >> i & 1u) == 0) continue;
-                    const auto path = static_cast<std::uint32_t>(packet * trace::kPacket + i);
-                    trace::Sample sample(trace::mix_bits(static_cast<std::uint32_t>(step), 0x68bc21ebu), path);
-                    const glm::vec2 random = sample.next();
-                    if (step == 0) {
-                        const float z = 1.0f - 2.0f * random.x, r = std::sqrt(std::max(0.0f, 1.0f - z * z)),
-                                    phi = 2.0f * std::numbers::pi_v<float> * random.y;
-                        const glm::vec3 from = seeds[path % seeds.size()];
-                        const glm::vec3 d(r * std::cos(phi), r * std::sin(phi), z);
-                        rays.set(i, from + d * geometry.step_off(from), d);
-                    } else {
-                        const trace::SurfaceHit& at = hits[i];
-                        rays.set(i, at.position + at.geometric * geometry.step_off(at.position),
-                                 trace::around(at.geometric, trace::cosine_hemisphere(random)));
+            std::vector<Met> met;
+        };
+        std::vector<Walkers> all(kPackets);
+        for (int round = 0; round < kMostRounds && !stopped(); ++round) {
+            pool.run(kPackets, [&](int packet) {
+                Walkers& own = all[static_cast<std::size_t>(packet)];
+                own.met.clear();
+                trace::RayPacket rays;
+                for (int k = 0; k < kPathLength && own.active != 0; ++k) {
+                    const int step = round * kPathLength + k;
+                    for (int i = 0; i < trace::kPacket; ++i) {
+                        if ((own.active >> i & 1u) != 0)
+                            set_step(rays, i, step, static_cast<std::uint32_t>(packet * trace::kPacket + i), own.at[i]);
+                    }
+                    own.active &= geometry.closest(rays, own.active, own.at, false);
+                    for (int i = 0; i < trace::kPacket; ++i) {
+                        const trace::SurfaceHit& at = own.at[i];
+                        if ((own.active >> i & 1u) != 0)
+                            own.met.push_back({at.position, at.geometric, {at.instance, at.triangle}, i});
                     }
                 }
-                active &= geometry.closest(rays, active, hits, false);
-                for (int i = 0; i < trace::kPacket; ++i) {
-                    if ((active >> i & 1u) != 0)
-                        met[static_cast<std::size_t>(packet)].emplace_back(hits[i].position, hits[i].geometric);
+            });
+            bool any = false;
+            for (Walkers& walkers : all) {
+                unsigned found = 0;
+                for (const Met& one : walkers.met) {
+                    if (reached.add(one.position, one.normal)) found |= 1u << one.walker;
+                    met_triangles.push_back(one.triangle);
                 }
+                walkers.active &= found;
+                any |= walkers.active != 0;
             }
-        });
-        for (const auto& points : met) {
-            for (const auto& [position, normal] : points) reached.add(position, normal);
+            std::sort(met_triangles.begin(), met_triangles.end());
+            met_triangles.erase(std::unique(met_triangles.begin(), met_triangles.end()), met_triangles.end());
+            if (!any) break;
         }
+    }
+    // Ray i becomes a path's next one: from its seed in any direction, later from where it is.
+    void set_step(trace::RayPacket& rays, int i, int step, std::uint32_t path, const trace::SurfaceHit& at) const {
+        trace::Sample sample(trace::mix_bits(static_cast<std::uint32_t>(step), 0x68bc21ebu), path);
+        const glm::vec2 random = sample.next();
+        if (step > 0)
+            return rays.set(i, at.position + at.geometric * geometry.step_off(at.position),
+                            trace::around(at.geometric, trace::cosine_hemisphere(random)));
+        const float z = 1.0f - 2.0f * random.x, r = std::sqrt(std::max(0.0f, 1.0f - z * z)),
+                    phi = 2.0f * std::numbers::pi_v<float> * random.y;
+        const glm::vec3 from = seeds[path % seeds.size()], d(r * std::cos(phi), r * std::sin(phi), z);
+        rays.set(i, from + d * geometry.step_off(from), d);
     }
 
     // Points drawn evenly over both sides of all triangles, one from each share of their area, those that light
@@ -266,7 +307,8 @@ struct Placement {
                 const float root = std::sqrt(where.x), u = root * (1.0f - where.y), v = root * where.y;
                 trace::SurfaceHit hit;
                 if (!geometry.surface_at(instance, triangle, u, v, which.y < 0.5f, hit)) continue;
-                if (reached.sees(geometry, hit.position, hit.geometric)) to.push_back({hit, hit.albedo});
+                if (reached.sees(geometry, hit.position, hit.geometric))
+                    to.push_back({hit, hit.albedo, geometry.detailed_normal(hit, u, v)});
             }
         });
         std::vector<Candidate> all;
@@ -331,9 +373,14 @@ struct Placement {
         surfels.count = sorted.size();
         for (std::vector<float>& values : surfels.points)
             values.assign((surfels.count + 2 * kPadding) / kPadding * kPadding, 0.0f);
+        for (std::vector<float>& values : surfels.facing) values.assign(surfels.points[0].size(), 0.0f);
         for (std::size_t i = 0; i < surfels.count; ++i) {
             const Candidate& c = all[sorted[i].second];
-            for (int k = 0; k < 3; ++k) surfels.points[k][i] = c.position[k], surfels.points[k + 3][i] = c.normal[k];
+            for (int k = 0; k < 3; ++k) {
+                surfels.points[k][i] = c.position[k], surfels.points[k + 3][i] = c.normal[k];
+                surfels.facing[k][i] = c.detailed[k];
+            }
+            surfels.detailed |= c.detailed != c.normal;
             surfels.geometric.push_back(c.geometric);
             surfels.albedo.push_back(c.albedo);
         }
@@ -371,9 +418,11 @@ struct Placement {
             if (to == s.count) continue;
             members[to] += 1.0f;
             s.albedo[to] += all[i].albedo;
+            for (int k = 0; k < 3 && s.detailed; ++k) s.facing[k][to] += all[i].detailed[k];
         }
         for (std::size_t i = 0; i < s.count; ++i) {
             s.albedo[i] /= members[i];
+            for (int k = 0; k < 3 && s.detailed; ++k) s.facing[k][i] /= members[i];
             s.area_m2.push_back(static_cast<float>(area_m2) * (members[i] - 1.0f));
         }
     }

@@ -23,6 +23,9 @@ struct Surfels {  // NOLINT(bugprone-reserved-identifier): in the copy that the 
     std::size_t count = 0;
     float radius_m = 0.0f;                     // surfels of like normals are no nearer to each other
     std::vector<float> points[6];              // x y z of the centre, x y z of the shading normal; padded
+    std::vector<float> facing[3];              // mean of the normals around as normal maps have them, at most 1 long:
+                                               // direct light falls on it, and links start about it; padded
+    bool detailed = false;                     // any normal map: else `facing` is the shading normal
     std::vector<glm::vec3> geometric, albedo;  // means of the surface around; albedo 0..1 per channel
     std::vector<float> area_m2;
     // By surfel: those near it that it sees, itself first; `count`: none.
@@ -30,6 +33,7 @@ struct Surfels {  // NOLINT(bugprone-reserved-identifier): in the copy that the 
 
     glm::vec3 position(std::size_t i) const { return {points[0][i], points[1][i], points[2][i]}; }
     glm::vec3 normal(std::size_t i) const { return {points[3][i], points[4][i], points[5][i]}; }
+    glm::vec3 detailed_normal(std::size_t i) const { return {facing[0][i], facing[1][i], facing[2][i]}; }
     trace::SurfacePoint at(std::size_t i) const { return {position(i), normal(i), geometric[i]}; }
 
     // Result: the ids of those within so many radii whose normals agree within 60 degrees, else within 90, the nearest

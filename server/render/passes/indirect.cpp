@@ -35,7 +35,7 @@ PassRun run_surfels(const PassContext& context, const Light& light, LightGpu& gp
     const lighting::DirectLight direct = direct_light_of(context, light, gpu);
     lighting::direct_at_surfels(surface.surfels, context.traced, direct, gpu.surfel_direct, context.pool);
     if (!light.sun && light.shining()->flux_lm > 0.0 &&
-        lighting::takes_flux(surface.surfels, direct.position, gpu.surfel_direct))
+        lighting::takes_flux(surface.surfels, direct, gpu.surfel_direct))
         lighting::take_flux(rays_of(light, gpu, kVplsAtRest), surface, direct, gpu.surfel_direct, context.pool);
     return {};
 }
