@@ -333,7 +333,7 @@ void show_air(const GBuffer& s, const Air& air, const AirView& view, const AirLi
     for (const AirLight::Near& near : light.near)
         nearest = std::max(nearest, near.air->most * std::max({near.weight.x, near.weight.y, near.weight.z}));
     const float greatest = std::max({most[0], most[1], most[2]}) + nearest;
-    picture.unit = std::isfinite(greatest) && greatest > 0.0f ? greatest / kGreatest : 1.0f;
+    picture.unit = std::isfinite(greatest) && greatest > 1e-30f ? greatest / kGreatest : 1.0f;
     const bool keeps = picture.halves.size() == 4 * s.depth.size() && picture.passes_of == passes_of;
     picture.halves.resize(4 * s.depth.size());
     picture.passes_of = passes_of;

@@ -235,8 +235,11 @@ struct Builder {
         std::vector<SlotRef> lit_surfels = {per_light(Slot::surfels, light.id)};
         if (context.haze) lit_surfels.push_back(per_light(Slot::haze_surfels, light.id));
         Pass& solve = add_cpu("solve", solved, std::move(lit_surfels),
-                              {in.generation, in.solve_links(), gpu.has_exact() ? 1u : 0u},
-                              [=, &gpu, &screen] { return run_solve(shared, gpu, screen.weights); });
+                              {in.generation, in.solve_links(), gpu.has_exact() ? 1u : 0u}, [=, &gpu, &screen] {
+                                  const PassRun run = run_solve(shared, gpu, screen.weights);
+                                  screen.solved = gpu.irradiance.solved;
+                                  return run;
+                              });
         solve.absent = seed;
         solve.stale |= solves_now(light, gpu.irradiance);
         // A cube of depths has steps, and holds no parallel light of a sun nor the shadows of an opening: it is for
@@ -317,8 +320,11 @@ struct Builder {
             if (gathers_at_once() && finds_edges(context) && shows_lit_surfaces(in.view))
                 direct.reads.push_back(per_target(Slot::edges));
         }
-        add_cpu(prefix + "solve", solved, {merged}, {in.generation, in.solve_links()},
-                [=, &screen, &list] { return run_solve_merged(shared, list, screen.weights); });
+        add_cpu(prefix + "solve", solved, {merged}, {in.generation, in.solve_links()}, [=, &screen, &list] {
+            const PassRun run = run_solve_merged(shared, list, screen.weights);
+            screen.solved = list.irradiance.solved;
+            return run;
+        });
         passes.back().stale |= alone && !list.irradiance.converged;
         if (metered)
             add_cpu(prefix + "gather", per_target(Slot::gather, id), {solved}, {},

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "server/lighting/clusters.h"
+#include "server/render/pipeline.h"
 #include "server/render/renderer.h"
 #include "server/render/shown_bodies.h"
 
@@ -137,6 +138,11 @@ v1::TransportStats Renderer::transport_stats() {
         stats.set_links_per_surfel(newest->links.per_surfel());
         stats.set_bytes(static_cast<double>(newest->bytes()));
         stats.set_seconds(newest->seconds);
+    }
+    if (live_screen_) {
+        stats.set_bounces(live_screen_->solved.bounces);
+        stats.set_residual(static_cast<double>(live_screen_->solved.residual));
+        stats.set_unconverged(static_cast<double>(live_screen_->solved.error));
     }
     return stats;
 }

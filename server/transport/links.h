@@ -60,4 +60,11 @@ Fan make_fan(const glm::vec3& from, const glm::vec3& normal, const glm::vec3& ge
 unsigned follow(const Fan& fan, const trace::Geometry& geometry, const Surfels& surfels, const CellMap& cells,
                 trace::HitPacket& hits, std::uint16_t* ids);
 
+// The links of a scene, as far as they are traced.
+struct Links {
+    std::vector<std::shared_ptr<const LinkSet>> sets;
+    std::vector<std::shared_ptr<const ReverseLinks>> reversed;  // those after the sets
+    unsigned per_surfel() const { return sets.empty() ? 0 : sets.back()->first + sets.back()->count; }
+};
+
 }  // namespace gonio::transport

@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "server/trace/sampler.h"
-#include "server/transport/solve.h"
+#include "server/transport/table.h"
 
 namespace gonio::transport {
 namespace {

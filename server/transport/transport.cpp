@@ -150,7 +150,11 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
         if (published != first) {
             published = first;
             const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
-            if (!emitted.direct.empty()) solve(surfels, links, {}, {}, kAtRest, emitted, *pool);
+            if (!emitted.direct.empty()) {
+                do {
+                    solve(surfels, links, {}, {}, kAtRest, emitted, *pool);
+                } while (emitted.resumes && !stopped());
+            }
             emitted.narrow = 0.0f;  // nothing is drawn from where it shines
             std::shared_ptr<const CellMap::Table> table;
             if (cells) table = std::make_shared<const CellMap::Table>(surface->cells->table(*pool));

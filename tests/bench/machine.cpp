@@ -12,7 +12,7 @@
 
 #include "server/scene/apply.h"
 #include "server/stream/encoder.h"
-#include "server/transport/solve.h"
+#include "server/transport/table.h"
 #include "tests/bench/cases.h"
 #include "tests/bench/frame_loop.h"
 

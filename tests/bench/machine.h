@@ -13,7 +13,7 @@ struct MachineRates {
     unsigned threads = 0;
     double flops_per_s = 0.0;    // multiply-adds of 32-bit floats in registers, two operations each, all threads
     double bytes_per_s = 0.0;    // a[i] = b[i] + s·c[i] over arrays far larger than the caches, three accesses
-    double links_per_s = 0.0;    // surfels looked up and summed (server/transport/solve.h), all threads
+    double links_per_s = 0.0;    // surfels looked up and summed (server/transport/table.h), all threads
     std::vector<RayRates> rays;  // in cornell and in atrium
     double encoder_ms = 0.0;     // of one thread for a frame of cornell, 800 × 800, as one viewer has it; median
 };

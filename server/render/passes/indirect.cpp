@@ -61,7 +61,10 @@ void solve_light(const PassContext& context, const lighting::GridWeights& weight
         if (live && context.layers_on_cpu) seen = weights.seen;  // of this frame's camera
         transport::Accuracy accuracy = moves && live && !context.rests ? transport::kMoving : transport::kAtRest;
         accuracy.links = kQualityLevels[context.quality_level].links;
-        transport::solve(transport.surface->surfels, links, exact, seen, accuracy, light, context.pool);
+        if (moves || light.with != with) light.resumes = false;  // it is another light, or has other links
+        do {
+            transport::solve(transport.surface->surfels, links, exact, seen, accuracy, light, context.pool);
+        } while (light.resumes && !live);  // captures and meters have no frame rate to keep
         light.with = with;
         light.frames_left = !shown.empty() && shown.size() == light.indirect.size() ? kFadeFrames : 0;
         if (light.frames_left > 0) light.becomes = std::exchange(light.indirect, std::move(shown));
@@ -70,7 +73,7 @@ void solve_light(const PassContext& context, const lighting::GridWeights& weight
         const float share = 1.0f / static_cast<float>(light.frames_left--);
         for (std::size_t i = 0; i < light.indirect.size(); ++i)
             light.indirect[i] += share * (light.becomes[i] - light.indirect[i]);
-        light.converged = light.frames_left == 0;
+        light.converged = light.frames_left == 0 && !light.resumes;
     }
     if (light.frames_left == 0) light.becomes.clear();
 }
@@ -272,7 +275,7 @@ PassRun run_gather_emitted(const PassContext& context, const Surfaces& surfaces,
         float greatest = 0.0f;
         for (const auto& plane : planes) greatest = std::max(greatest, *std::max_element(plane.begin(), plane.end()));
         emitted.unit_lx[part] = greatest / 1000.0f;  // half floats hold the rest to 2^-24 of it
-        if (!(greatest > 0.0f)) continue;
+        if (!(greatest > 1e-30f)) continue;          // 1 / unit stays finite
         for (auto& plane : planes) {
             for (float& value : plane) value *= 1000.0f / greatest;
         }

@@ -148,6 +148,7 @@ struct ScreenLight {
     std::array<float, 2> besides_unit_lx{};  // of Target::besides: of run_besides
     MeterLight meter;
     ScreenAir air;
+    transport::Solved solved;  // of the last solve for this target
 };
 
 }  // namespace gonio
