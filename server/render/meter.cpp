@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/render/coarse_light.h"
 #include "server/render/pipeline.h"
 #include "server/render/renderer.h"
 #include "server/render/timers.h"
@@ -79,6 +80,25 @@ void add_light(const FrameInputs& inputs, std::size_t i, const glm::dvec3& point
     sums.indirect_lx += weight * bounced;
 }
 
+// The variance of a meter's indirect light, lx², by what the surfels' light is off by; that of its own links is apart.
+// The weights are fitted to the survey of docs/accuracy.md.
+double transport_variance(const Discrepancy& found, const FrameInputs& inputs, const ScreenLight& screen,
+                          double indirect_lx) {
+    constexpr double kLeast = 0.01, kUnknown = 0.05;  // of the light
+    constexpr double kDifference = 0.75, kMeanDifference = 0.05;
+    double unconverged = static_cast<double>(screen.light.summed_list.irradiance.solved.error);
+    for (const LightGpu* gpu : inputs.lights)
+        unconverged = std::max(unconverged, static_cast<double>(gpu->irradiance.solved.error));
+    if (inputs.transport != nullptr && !inputs.transport->emitted.direct.empty())
+        unconverged = std::max(unconverged, static_cast<double>(inputs.transport->emitted.solved.error));
+    double variance = 0.0;
+    for (const double off :
+         {(found.known ? kLeast : kUnknown) * indirect_lx, std::min(unconverged, 1.0) * indirect_lx,
+          found.missing * indirect_lx, kDifference * found.difference_lx, kMeanDifference * found.mean_difference_lx})
+        variance += off * off;
+    return variance;
+}
+
 }  // namespace
 
 v1::MeterReading lux_reading(const glm::dvec3& point_m, const glm::dvec3& direct_lx, const glm::dvec3& indirect_lx) {
@@ -127,11 +147,13 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
     v1::MeterReading reading = lux_reading(point, sums.direct_lx, sums.indirect_lx);
     if (standard) {
         reading.set_direct_error_lx(std::sqrt(sums.direct_variance));  // of luminaires 0: the web itself, evaluated
-        // The transport's own error beside that of the point's links: measured against the reference
-        // (docs/accuracy.md).
-        constexpr double kTransportError = 0.02;
-        reading.set_indirect_error_lx(
-            std::sqrt(sums.variance + (rsm ? 0.0 : std::pow(kTransportError * reading.indirect_lx(), 2.0))));
+        if (!rsm && transport_) {
+            if (!coarse_) coarse_ = std::make_unique<CoarseLight>();
+            const Discrepancy found =
+                discrepancy_of(inputs, transport_, seeds_, surfels_, !transport_beside_, *coarse_);
+            sums.variance += transport_variance(found, inputs, screen, reading.indirect_lx());
+        }
+        reading.set_indirect_error_lx(std::sqrt(sums.variance));
     }
     reading.set_bounces(rsm || !standard || bounces == 1 ? "1" : bounces == 0 ? "0" : "all");
     reading.set_samples(sums.samples);

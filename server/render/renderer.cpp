@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/lighting/screen.h"
+#include "server/render/coarse_light.h"
 #include "server/render/inspect.h"
 #include "server/render/pipeline.h"
 #include "server/render/timers.h"

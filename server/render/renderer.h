@@ -26,6 +26,7 @@
 
 namespace gonio {
 
+struct CoarseLight;
 struct FrameInputs;
 struct Inspected;
 struct Merged;
@@ -151,6 +152,7 @@ private:
     PassCache pass_cache_;
     Target live_;
     std::unique_ptr<ScreenLight> live_screen_;
+    std::unique_ptr<CoarseLight> coarse_;   // null: nothing was metered yet
     std::unique_ptr<Merged> captured_sum_;  // luminaires that captures sum, solved once for all their tiles
     std::size_t layer_bytes_ = std::size_t{2} << 30, layer_count_ = kMostLayers;
     std::vector<std::uint32_t> layered_;          // by layer: id of its luminaire, 0: free; used where not all have one

@@ -1,0 +1,42 @@
+// How far the live indirect light is from the truth where it is metered. A second transport of the scene has a quarter
+// of the surfels. Where its light differs from the picture's, the spacing of surfels and the number of links matter.
+// Two grids tell the error of the finer one (Richardson 1911). Render thread.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "server/render/frame_inputs.h"
+
+namespace gonio {
+
+// Light of one transport, of all luminaires at their weights and of emissive surfaces.
+struct PlainLight {
+    std::shared_ptr<const transport::Transport> transport;  // null: none yet
+    transport::Irradiance light;                            // lux
+    std::vector<glm::vec4> sent;                            // rho (share × E0 + E), lux
+};
+
+// Kept from one meter to the next, because it costs as much as a frame.
+struct CoarseLight {
+    std::shared_ptr<const transport::Transport::Surface> beside;  // the finer surfels that `builder` stands beside
+    std::unique_ptr<transport::Builder> builder;
+    Revision scene_rev = 0;  // that both are of
+    PlainLight fine, coarse;
+};
+
+// What the two lights differ by at a point.
+struct Discrepancy {
+    bool known = false;               // false while the coarse transport is being made
+    double difference_lx = 0.0;       // of the illuminances
+    double mean_difference_lx = 0.0;  // mean absolute difference over the point's links
+    double missing = 0.0;             // share of links that meet a surface without a surfel
+};
+// inputs: of a meter whose passes have run. fine: the transport that they read, not null. seeds, settings: those that
+// it was made with. waits: for the coarse one.
+Discrepancy discrepancy_of(const FrameInputs& inputs, const std::shared_ptr<const transport::Transport>& fine,
+                           std::span<const glm::vec3> seeds, const transport::SurfelSettings& settings, bool waits,
+                           CoarseLight& kept);
+
+}  // namespace gonio
