@@ -20,6 +20,7 @@
 #include "tests/bench/scaling.h"
 #include "tests/bench/stills.h"
 #include "tests/bench/stream_bench.h"
+#include "tests/bench/survey.h"
 #include "tests/bench/transport_bench.h"
 #include "tests/stress/stress.h"
 
@@ -213,6 +214,25 @@ int main(int argc, char** argv) {
         ->capture_default_str();
     haze->add_option("--device", haze_options.device, "index of the EGL device");
     haze->add_flag("--json", haze_options.json, "print rows as JSON");
+    gonio::bench::SurveyOptions survey_options;
+    CLI::App* survey = app.add_subcommand(
+        "survey", "interactive meters beside the path tracer's in scenes that nobody tuned anything for");
+    survey->add_option("paths", survey_options.paths, "scene files, folders of them, or names of built-in scenes");
+    survey->add_option("--rooms", survey_options.rooms, "SEED:COUNT of random rooms besides");
+    survey->add_option("--picks", survey_options.picks, "points of each scene")
+        ->check(CLI::Range(1u, 4096u))
+        ->capture_default_str();
+    survey
+        ->add_option("--reference-seconds", survey_options.reference_seconds,
+                     "of the path tracer for each scene at most")
+        ->check(CLI::Range(1.0, 86400.0))
+        ->capture_default_str();
+    survey->add_option("--cache", survey_options.cache, "folder of computed references")->capture_default_str();
+    survey->add_option("--max-albedo", survey_options.max_albedo, "as of goniod, for scene files")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str();
+    survey->add_option("--device", survey_options.device, "index of the EGL device");
+    survey->add_flag("--json", survey_options.json, "print rows as JSON; the table goes to stderr");
     bool machine_json = false;
     CLI::App* machine =
         app.add_subcommand("machine", "what the machine can do: arithmetic, memory, links, rays, the encoder");
@@ -238,6 +258,8 @@ int main(int argc, char** argv) {
         if (machine->parsed()) {
             const auto context = gonio::gl::Context::create({-1, false});
             gonio::bench::print_machine(gonio::bench::measure_machine(*context), machine_json, std::cout);
+        } else if (survey->parsed()) {
+            gonio::bench::run_survey(survey_options, std::cout, std::cerr);
         } else if (haze->parsed()) {
             gonio::bench::run_haze(haze_options, std::cout, std::cerr);
         } else if (bake->parsed()) {
