@@ -11,11 +11,17 @@ struct Case {
     const char* name;
     void (*run)(Bench&);
 };
-constexpr Case kCases[] = {{"contact", contact},       {"singularity", singularity},
-                           {"scale", scale},           {"intensity", intensity},
-                           {"degenerate", degenerate}, {"seams", seams},
-                           {"steps", steps},           {"convergence", convergence},
-                           {"bounces", bounces},       {"fuzz", fuzz}};
+constexpr Case kCases[] = {{"contact", contact},
+                           {"singularity", singularity},
+                           {"scale", scale},
+                           {"intensity", intensity},
+                           {"degenerate", degenerate},
+                           {"seams", seams},
+                           {"steps", steps},
+                           {"convergence", convergence},
+                           {"bounces", bounces},
+                           {"cavities", cavities},
+                           {"fuzz", fuzz}};
 // Below this many seconds the sweeps are thinned out.
 constexpr double kBriefSeconds = 60.0;
 

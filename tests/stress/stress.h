@@ -46,6 +46,7 @@ void seams(Bench& bench);        // flux of mask and RSM in every direction
 void steps(Bench& bench);        // small turns and moves of a luminaire
 void convergence(Bench& bench);  // RSM resolutions
 void bounces(Bench& bench);      // every bounce: reflectances up to 0.99, surfaces that coincide
+void cavities(Bench& bench);     // light that arrives late: ports, keyholes, slits, closed and random rooms
 void fuzz(Bench& bench);         // random scenes
 
 // Adds `stress` with its options. Result: the subcommand; options live until the arguments are parsed.
