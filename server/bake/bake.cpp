@@ -284,15 +284,19 @@ struct Bake {
         running.last = std::move(part.values);
     }
 
-    // Whether further bounces could still add what counts: at most ρ/(1 − ρ) times the last one.
+    // Whether further bounces could still add what counts: about r/(1 − r) times the last one, r what each keeps of the
+    // one before: the mean reflectance, or more where light stays in a bright part of the scene.
     bool goes_on(Running& running) const {
         const SourceMaps& maps = running.maps;
         double all = maps.mean_direct_lx;
         for (const double lx : maps.mean_bounces_lx) all += lx;
         const double last = maps.mean_bounces_lx.empty() ? maps.mean_direct_lx : maps.mean_bounces_lx.back();
         const glm::vec3& albedo = layout.mean_albedo;
-        const double reflects =
-            std::min(static_cast<double>(std::max({albedo.r, albedo.g, albedo.b})), kMostReflectance);
+        const std::vector<double>& bounces = maps.mean_bounces_lx;
+        double reflects = static_cast<double>(std::max({albedo.r, albedo.g, albedo.b}));
+        if (bounces.size() > 1 && bounces[bounces.size() - 2] > 0.0)
+            reflects = std::max(reflects, bounces.back() / bounces[bounces.size() - 2]);
+        reflects = std::min(reflects, kMostReflectance);
         running.maps.rest_lx = reflects / (1.0 - reflects) * last;
         // What the air scatters first comes with the first bounce.
         if (maps.mean_bounces_lx.empty() && air.haze && all > 0.0) return true;

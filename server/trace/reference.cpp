@@ -27,6 +27,11 @@ constexpr double kSafety = 0.8;
 // Samples after which a point, and a picture, that nothing has reached is called dark.
 constexpr std::uint32_t kDarkSamples = 1u << 16, kDarkPasses = 256;
 
+// A sample that is not finite counts as dark: in a mean it would stay for ever.
+bool is_finite(const glm::vec3& v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
 struct Stream {
     glm::dvec3 direct{0.0}, indirect{0.0};  // sums, lux
 };
@@ -144,6 +149,7 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
                     if (needs_paths) {
                         const PathLight light =
                             (world.haze ? trace_path_in_haze : trace_path)(world, receiver, settings.bounces, sample);
+                        if (!is_finite(light.direct) || !is_finite(light.indirect)) continue;
                         sum.direct += glm::dvec3(light.direct);
                         sum.indirect += glm::dvec3(light.indirect);
                     }
@@ -314,6 +320,7 @@ struct Picture::Data {
             value = value * static_cast<double>(pixel.passed) + glm::dvec3(before);
             air[at] += before;
         }
+        if (!is_finite(glm::vec3(value))) return;
         sum[at] += value;
         streams[at * kPixelStreams + stream] += static_cast<float>(luminance(value)) - luminance(pixel.opening);
         if (request.planes) add_planes(planes[at], pixel, value, pass % 2);
