@@ -23,20 +23,30 @@ transport::SurfelSettings coarser(transport::SurfelSettings settings) {
     return settings;
 }
 
+std::vector<glm::vec3> weights_of(const FrameInputs& inputs) {
+    const double unit_m2 = static_cast<double>(inputs.geometry.layer_unit_m2());
+    std::vector<glm::vec3> weights;
+    for (std::size_t i = 0; i < inputs.lights.size(); ++i) {
+        const Light& light = inputs.scene.lights[i];
+        weights.emplace_back(light_weight(inputs.scene, light) * peak_of(inputs, light, *inputs.lights[i]) / unit_m2);
+    }
+    return weights;
+}
+
 // Fills the light of a transport. own: the luminaires' direct light at its surfels is known (LightGpu::surfel_direct).
-void light_up(const FrameInputs& inputs, std::shared_ptr<const Transport> transport, bool own, PlainLight& plain) {
+void light_up(const FrameInputs& inputs, std::span<const glm::vec3> per_unit,
+              std::shared_ptr<const Transport> transport, bool own, PlainLight& plain) {
     plain.transport = std::move(transport);
     const Transport::Surface& surface = *plain.transport->surface;
     const transport::Surfels& surfels = surface.surfels;
     const PassContext context = inputs.context();
-    const double unit_m2 = static_cast<double>(inputs.geometry.layer_unit_m2());
     plain.light = {};
     plain.light.direct.assign(surfels.count, glm::vec4(0.0f));
     std::vector<float> found;
     for (std::size_t i = 0; i < inputs.lights.size(); ++i) {
         const Light& light = inputs.scene.lights[i];
         const LightGpu& gpu = *inputs.lights[i];
-        const glm::vec3 weight(light_weight(inputs.scene, light) * peak_of(inputs, light, gpu) / unit_m2);
+        const glm::vec3& weight = per_unit[i];
         if (weight == glm::vec3(0.0f)) continue;
         const lighting::DirectLight direct = direct_light_of(context, light, gpu);
         if (!own) {
@@ -77,10 +87,13 @@ Discrepancy discrepancy_of(const FrameInputs& inputs, const std::shared_ptr<cons
     if (waits) kept.builder->wait();
     const std::shared_ptr<const Transport> coarse = kept.builder->newest();
     if (!coarse || !kept.builder->done() || coarse->surface->surfels.count == 0) return found;
-    if (kept.scene_rev != inputs.scene.scene_rev || kept.fine.transport != fine || kept.coarse.transport != coarse) {
-        light_up(inputs, fine, true, kept.fine);
-        light_up(inputs, coarse, false, kept.coarse);
+    std::vector<glm::vec3> per_unit = weights_of(inputs);
+    if (kept.scene_rev != inputs.scene.scene_rev || kept.per_unit != per_unit || kept.fine.transport != fine ||
+        kept.coarse.transport != coarse) {
+        light_up(inputs, per_unit, fine, true, kept.fine);
+        light_up(inputs, per_unit, coarse, false, kept.coarse);
         kept.scene_rev = inputs.scene.scene_rev;
+        kept.per_unit = std::move(per_unit);
     }
     found.known = true;
     const glm::vec3 p = inputs.traced.local(inputs.eye.position + inputs.eye.forward), n = -inputs.eye.forward,

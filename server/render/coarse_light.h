@@ -22,7 +22,8 @@ struct PlainLight {
 struct CoarseLight {
     std::shared_ptr<const transport::Transport::Surface> beside;  // the finer surfels that `builder` stands beside
     std::unique_ptr<transport::Builder> builder;
-    Revision scene_rev = 0;  // that both are of
+    Revision scene_rev = 0;           // that both are of
+    std::vector<glm::vec3> per_unit;  // by luminaire: lux for one in LightGpu's unit; scenes of one revision may differ
     PlainLight fine, coarse;
 };
 
