@@ -45,10 +45,15 @@ struct Row {
     double mean_lx = 0.0, rms = 0.0, noise = 0.0, bias = 0.0;  // over the mean; the reference's noise is subtracted
     std::size_t worst = 0;                                     // pick
     unsigned off_by_half = 0, off_by_two = 0, unjudged = 0, within = 0;
-    unsigned bounces = 0;
-    float residual = 0.0f;
     double seconds = 0.0;
 };
+
+// Evenly over the sphere. random: two numbers in [0, 1).
+glm::vec3 any_direction(const glm::vec2& random) {
+    const float z = 1.0f - 2.0f * random.x, r = std::sqrt(std::max(0.0f, 1.0f - z * z)),
+                phi = 2.0f * std::numbers::pi_v<float> * random.y;
+    return {r * std::cos(phi), r * std::sin(phi), z};
+}
 
 // Where somebody would stand in a scene whose file has no camera: of some points in its bounds the one that most
 // surfaces are around, and the freest of those.
@@ -63,12 +68,8 @@ glm::dvec3 inside(const SceneAsset& asset, const trace::Geometry& geometry) {
         double met = 0.0, nearest = 1.0;
         for (unsigned k = 0; k < kRays; ++k) {
             trace::Sample direction(i, k);
-            const glm::vec2 random = direction.next();
-            const float z = 1.0f - 2.0f * random.x, r = std::sqrt(std::max(0.0f, 1.0f - z * z)),
-                        phi = 2.0f * std::numbers::pi_v<float> * random.y;
             trace::SurfaceHit hit;
-            const glm::vec3 along(r * std::cos(phi), r * std::sin(phi), z);
-            if (!geometry.closest(geometry.local(at), along, 0.0f, false, hit)) continue;
+            if (!geometry.closest(geometry.local(at), any_direction(direction.next()), 0.0f, false, hit)) continue;
             met += 1.0 / kRays;
             nearest = std::min(nearest, static_cast<double>(hit.distance / geometry.extent()));
         }
@@ -79,8 +80,8 @@ glm::dvec3 inside(const SceneAsset& asset, const trace::Geometry& geometry) {
 }
 
 // Points on the surfaces that diffuse walks from the eye and the luminaires reach, at the first to the fourth surface
-// that they meet: light comes to corners that no camera shows. Backs of single-sided surfaces are left out, as nobody
-// looks at them.
+// that they meet: light comes to corners that no camera shows. Backs of single-sided surfaces count as well, because
+// light meets them.
 std::vector<Pick> pick_points(const Scene& scene, const trace::Geometry& geometry, unsigned count) {
     constexpr unsigned kTries = 64, kMostSteps = 4;
     std::vector<glm::vec3> seeds = {geometry.local(scene.camera.eye)};
@@ -89,10 +90,7 @@ std::vector<Pick> pick_points(const Scene& scene, const trace::Geometry& geometr
     std::vector<Pick> picks;
     for (unsigned walk = 0; walk < kTries * count && picks.size() < count; ++walk) {
         trace::Sample sample(0x5bd1e995u, walk);
-        const glm::vec2 random = sample.next();
-        const float z = 1.0f - 2.0f * random.x, r = std::sqrt(std::max(0.0f, 1.0f - z * z)),
-                    phi = 2.0f * std::numbers::pi_v<float> * random.y;
-        glm::vec3 from = seeds[walk % seeds.size()], along(r * std::cos(phi), r * std::sin(phi), z);
+        glm::vec3 from = seeds[walk % seeds.size()], along = any_direction(sample.next());
         const unsigned steps = 1 + walk / static_cast<unsigned>(seeds.size()) % kMostSteps;
         trace::SurfaceHit hit;
         bool met = true;
