@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/lighting/surfel_light.h"
 #include "server/scene/apply.h"
 #include "server/trace/sources.h"
 
@@ -15,7 +14,6 @@ using transport::Transport;
 constexpr std::size_t kFewer = 4;          // surfels of the finer transport for one of the coarser
 constexpr unsigned kCoarseLinks = 256;     // of a surfel
 constexpr unsigned kComparedLinks = 2048;  // of the point
-constexpr unsigned kFluxRays = 1024;       // of a luminaire near surfaces
 
 transport::SurfelSettings coarser(transport::SurfelSettings settings) {
     settings.spacing_m *= std::sqrt(static_cast<double>(kFewer));
@@ -48,13 +46,7 @@ void light_up(const FrameInputs& inputs, std::span<const glm::vec3> per_unit,
         const LightGpu& gpu = *inputs.lights[i];
         const glm::vec3& weight = per_unit[i];
         if (weight == glm::vec3(0.0f)) continue;
-        const lighting::DirectLight direct = direct_light_of(context, light, gpu);
-        if (!own) {
-            lighting::direct_at_surfels(surfels, context.traced, direct, found, context.pool);
-            if (!light.sun && light.shining()->flux_lm > 0.0 && lighting::takes_flux(surfels, direct, found))
-                lighting::take_flux(lighting::VplRays(light.shining(), kFluxRays), surface, direct, found,
-                                    context.pool);
-        }
+        if (!own) light_surfels(context, light, gpu, surface, found);
         const std::vector<float>& per_candela = own ? gpu.surfel_direct : found;
         if (per_candela.size() < surfels.count) continue;
         for (std::size_t k = 0; k < surfels.count; ++k)

@@ -26,17 +26,19 @@ const lighting::VplRays& rays_of(const Light& light, const LightGpu& gpu, unsign
 
 }  // namespace
 
+void light_surfels(const PassContext& context, const Light& light, const LightGpu& gpu,
+                   const Transport::Surface& surface, std::vector<float>& out) {
+    const lighting::DirectLight direct = direct_light_of(context, light, gpu);
+    lighting::direct_at_surfels(surface.surfels, context.traced, direct, out, context.pool);
+    if (!light.sun && light.shining()->flux_lm > 0.0 && lighting::takes_flux(surface.surfels, direct, out))
+        lighting::take_flux(rays_of(light, gpu, kVplsAtRest), surface, direct, out, context.pool);
+}
+
 PassRun run_surfels(const PassContext& context, const Light& light, LightGpu& gpu) {
     gpu.surfel_direct.clear();
     gpu.exact = {};
     gpu.moves = true;
-    if (!context.has_surfels()) return {};
-    const Transport::Surface& surface = *context.transport->surface;
-    const lighting::DirectLight direct = direct_light_of(context, light, gpu);
-    lighting::direct_at_surfels(surface.surfels, context.traced, direct, gpu.surfel_direct, context.pool);
-    if (!light.sun && light.shining()->flux_lm > 0.0 &&
-        lighting::takes_flux(surface.surfels, direct, gpu.surfel_direct))
-        lighting::take_flux(rays_of(light, gpu, kVplsAtRest), surface, direct, gpu.surfel_direct, context.pool);
+    if (context.has_surfels()) light_surfels(context, light, gpu, *context.transport->surface, gpu.surfel_direct);
     return {};
 }
 
