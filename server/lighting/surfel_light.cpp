@@ -39,20 +39,19 @@ bool takes_flux(const transport::Surfels& surfels, const DirectLight& luminaire,
     return spot_share(surfels, direct) > 0.0f;
 }
 
-void take_flux(const VplRays& rays, const transport::Transport::Surface& surface, const DirectLight& luminaire,
+void take_flux(const VplRays& rays, const transport::Transport& transport, const DirectLight& luminaire,
                std::vector<float>& out, Pool& pool) {
+    const transport::Transport::Surface& surface = *transport.surface;
     const glm::vec3& light = luminaire.position;
     const transport::Surfels& surfels = surface.surfels;
     const float everywhere = spot_share(surfels, out);
     // Else what ends further away counts for no surfel.
-    const float reach_m = everywhere > 0.0f ? std::numeric_limits<float>::infinity()
-                                            : (kNearRadii + transport::kBlendRadii) * surfels.radius_m;
-    using transport::kNeighbours;
+    const float reach_m =
+        everywhere > 0.0f ? std::numeric_limits<float>::infinity() : (kNearRadii + 1.0f) * surfels.radius_m;
     struct End {
-        const std::uint16_t* around = nullptr;  // kNeighbours surfels; null: nothing is met
-        float covered = 1.0f;                   // how often a ray that comes there ends there
-        float passed = 1.0f;                    // what haze lets pass to there
-        float weights[kNeighbours];
+        std::uint16_t surfel;
+        float covered = 1.0f;  // how often a ray that comes there ends there
+        float passed = 1.0f;   // what haze lets pass to there
     };
     std::vector<End> ends(rays.rays.size());
     pool.run(static_cast<int>(ends.size() / trace::kPacket), [&](int packet) {
@@ -62,9 +61,9 @@ void take_flux(const VplRays& rays, const transport::Transport::Surface& surface
         std::uint16_t ids[trace::kPacket];
         transport::follow(fan, *surface.geometry, surfels, *surface.cells, hits, ids);
         for (std::size_t i = 0; i < trace::kPacket; ++i) {
-            if (ids[i] == surfels.count) continue;
             End& end = ends[first + i];
-            end.around = surfels.neighbours[ids[i]].data();
+            end.surfel = ids[i];
+            if (ids[i] == surfels.count) continue;
             if (surface.geometry->transmissive())
                 end.covered = 1.0f - surface.geometry
                                          ->transparency_at(static_cast<int>(hits.instance[i]),
@@ -72,7 +71,6 @@ void take_flux(const VplRays& rays, const transport::Transport::Surface& surface
                                          .share;
             const glm::vec3 at = fan.rays.at(static_cast<int>(i), hits.distance[i]);
             if (luminaire.air) end.passed = transmittance(luminaire.air, light, at);
-            transport::weigh(surfels, end.around, at, surfels.normal(ids[i]), end.weights);
         }
     });
     // In all the luminaire's flux, though few rays may meet the beam.
@@ -81,14 +79,11 @@ void take_flux(const VplRays& rays, const transport::Transport::Surface& surface
     const float right = all > 0.0 ? static_cast<float>(rays.profile->flux_lm / rays.profile->peak_cd / all) : 0.0f;
     std::vector<float> taken(surfels.count, 0.0f), landed(surfels.count, 0.0f);
     for (std::size_t i = 0; i < ends.size(); ++i) {
-        if (ends[i].around == nullptr) continue;
-        const float flux = rays.rays[i].flux_lm_per_cd * right * luminaire.unit_m2 * ends[i].passed / ends[i].covered;
-        for (std::size_t k = 0; k < kNeighbours; ++k) {
-            const std::size_t id = ends[i].around[k];
-            if (id == surfels.count || !(surfels.area_m2[id] > 0.0f)) continue;
-            taken[id] += flux * ends[i].weights[k] / surfels.area_m2[id];
-            landed[id] += ends[i].weights[k];
-        }
+        const std::size_t id = ends[i].surfel;
+        if (id == surfels.count || !(transport.met_m2[id] > 0.0f)) continue;
+        taken[id] += rays.rays[i].flux_lm_per_cd * right * luminaire.unit_m2 * ends[i].passed / ends[i].covered /
+                     transport.met_m2[id];
+        landed[id] += 1.0f;
     }
     for (std::size_t i = 0; i < surfels.count; ++i) {
         if (!(landed[i] > 0.0f || everywhere > 0.0f)) continue;

@@ -53,7 +53,7 @@ inline constexpr float kExactRadii = 2.0f;
 // Result: whether there is such light.
 bool takes_flux(const transport::Surfels& surfels, const DirectLight& luminaire, const std::vector<float>& direct);
 // out: as of direct_at_surfels. rays: of the luminaire's profile. Render thread.
-void take_flux(const VplRays& rays, const transport::Transport::Surface& surface, const DirectLight& luminaire,
+void take_flux(const VplRays& rays, const transport::Transport& transport, const DirectLight& luminaire,
                std::vector<float>& out, Pool& pool);
 
 }  // namespace gonio::lighting

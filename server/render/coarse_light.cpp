@@ -35,8 +35,7 @@ std::vector<glm::vec3> weights_of(const FrameInputs& inputs) {
 void light_up(const FrameInputs& inputs, std::span<const glm::vec3> per_unit,
               std::shared_ptr<const Transport> transport, bool own, PlainLight& plain) {
     plain.transport = std::move(transport);
-    const Transport::Surface& surface = *plain.transport->surface;
-    const transport::Surfels& surfels = surface.surfels;
+    const transport::Surfels& surfels = plain.transport->surface->surfels;
     const PassContext context = inputs.context();
     plain.light = {};
     plain.light.direct.assign(surfels.count, glm::vec4(0.0f));
@@ -46,7 +45,7 @@ void light_up(const FrameInputs& inputs, std::span<const glm::vec3> per_unit,
         const LightGpu& gpu = *inputs.lights[i];
         const glm::vec3& weight = per_unit[i];
         if (weight == glm::vec3(0.0f)) continue;
-        if (!own) light_surfels(context, light, gpu, surface, found);
+        if (!own) light_surfels(context, light, gpu, *plain.transport, found);
         const std::vector<float>& per_candela = own ? gpu.surfel_direct : found;
         if (per_candela.size() < surfels.count) continue;
         for (std::size_t k = 0; k < surfels.count; ++k)

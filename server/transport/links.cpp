@@ -86,4 +86,26 @@ ReverseLinks reverse(const LinkSet& set, std::size_t surfels) {
     return result;
 }
 
+std::vector<float> met_areas_m2(const Links& links, const Surfels& surfels) {
+    // Surfels::area_m2 counts like so many links: its variance is that of 16 links or so.
+    constexpr float kOwn = 16.0f;
+    std::vector<double> come_m2(surfels.count + 1, 0.0);  // areas from which links come
+    std::vector<float> own(surfels.count, 0.0f);          // links that meet a surfel
+    float each = 0.0f;
+    for (const auto& set : links.sets) {
+        each += static_cast<float>(set->count);
+        for (std::size_t i = 0; i < surfels.count; ++i) {
+            for (std::size_t k = i * set->count; k < (i + 1) * set->count; ++k) {
+                come_m2[set->ids[k]] += static_cast<double>(surfels.area_m2[i]);
+                own[i] += set->ids[k] != surfels.count ? 1.0f : 0.0f;
+            }
+        }
+    }
+    std::vector<float> areas_m2(surfels.area_m2);
+    // come / each = area × own / each
+    for (std::size_t j = 0; j < surfels.count && each > 0.0f; ++j)
+        areas_m2[j] = (kOwn * areas_m2[j] + static_cast<float>(come_m2[j])) / (kOwn + own[j]);
+    return areas_m2;
+}
+
 }  // namespace gonio::transport

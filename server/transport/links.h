@@ -67,4 +67,10 @@ struct Links {
     unsigned per_surfel() const { return sets.empty() ? 0 : sets.back()->first + sets.back()->count; }
 };
 
+// Result: by surfel, the area on which links meet it, m². A flux that lands on a surfel is divided by it, so that links
+// carry all of the flux on. Surfels::area_m2 comes from a few points of each surfel and is off by a quarter. By
+// reciprocity the links that meet a surfel, each with the area that it starts from, weigh as much as the surfel's own
+// links that meet anything.
+std::vector<float> met_areas_m2(const Links& links, const Surfels& surfels);
+
 }  // namespace gonio::transport

@@ -1,13 +1,14 @@
 #include "server/transport/surfels.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <numeric>
 
 #include "server/trace/sampler.h"
+#include "server/transport/near_sources.h"
+#include "server/transport/reached.h"
 #include "server/transport/table.h"
 
 namespace gonio::transport {
@@ -17,76 +18,17 @@ constexpr float kCell = 3.0f;                 // side of the grid's cells, radii
 constexpr float kNear = 1.3f, kReach = 2.5f;  // radii within which surfels are looked for, first and then
 constexpr int kCandidates = 6;                // tried for each surfel that is wanted
 constexpr float kDartRadius = 0.74f;          // of the square root of a surfel's share of the area
+// Near a source they lie apart by this share of the distance to it, but no closer together than kClosest radii.
+constexpr float kNearShare = 0.25f, kClosest = 0.3f;
+constexpr double kMostNear = 0.05;  // of all surfels: what these are more
 constexpr int kPaths = 60'000, kPathLength = 8;
-
-std::uint32_t hash_of(const glm::ivec3& cell) {
-    return trace::mix_bits(trace::mix_bits(static_cast<std::uint32_t>(cell.x), static_cast<std::uint32_t>(cell.y)),
-                           static_cast<std::uint32_t>(cell.z));
-}
-glm::ivec3 cell_at(const glm::vec3& p, float side_m) {
-    return glm::ivec3(glm::floor(p / side_m));
-}
-std::uint32_t power_of_two(std::size_t least) {
-    return std::max(1024u, std::bit_ceil(static_cast<std::uint32_t>(least)));
-}
-
-// Whether a short ray between two points on surfaces is free, or a path so high above both: on a rounded surface rays
-// between its points pass below it.
-bool in_sight(const trace::Geometry& geometry, const glm::vec3& p, const glm::vec3& n, const glm::vec3& q,
-              const glm::vec3& m, float above_m) {
-    const glm::vec3 from = p + n * (4.0f * geometry.step_off(p)), to = q + m * (4.0f * geometry.step_off(q));
-    if (!geometry.occluded(from, to)) return true;
-    const glm::vec3 high = p + n * above_m, high_other = q + m * above_m;
-    return !geometry.occluded(from, high) && !geometry.occluded(high, high_other) && !geometry.occluded(high_other, to);
-}
-
-// Points that walks met, some in each coarse cell of space, by the axis that their surface faces.
-class Reached {
-public:
-    Reached(float side_m, std::size_t cells) : side_m_(side_m), buckets_(power_of_two(64 * cells), 0) {}
-    // Returns whether there were few points there before.
-    bool add(const glm::vec3& p, const glm::vec3& normal) {
-        std::uint32_t& bucket = buckets_[bucket_of(p, normal)];
-        if (bucket == 0) {
-            some_.emplace_back();
-            bucket = static_cast<std::uint32_t>(some_.size());
-        }
-        Some& some = some_[bucket - 1];
-        if (some.count == kSome) return false;
-        some.points[some.count++] = {p, normal};
-        return true;
-    }
-    // Whether one of them is in sight: else it is on the other side of a wall.
-    bool sees(const trace::Geometry& geometry, const glm::vec3& p, const glm::vec3& normal) const {
-        const std::uint32_t bucket = buckets_[bucket_of(p, normal)];
-        if (bucket == 0) return false;
-        const Some& some = some_[bucket - 1];
-        for (int i = 0; i < some.count; ++i) {
-            if (in_sight(geometry, p, normal, some.points[i].first, some.points[i].second, 0.1f * side_m_)) return true;
-        }
-        return false;
-    }
-
-private:
-    static constexpr int kSome = 6;
-    struct Some {
-        int count = 0;
-        std::pair<glm::vec3, glm::vec3> points[kSome];
-    };
-    std::size_t bucket_of(const glm::vec3& p, const glm::vec3& n) const {
-        const glm::vec3 a = glm::abs(n);
-        const int axis = a.x > a.y && a.x > a.z ? 0 : a.y > a.z ? 1 : 2;
-        const auto bin = static_cast<std::uint32_t>(2 * axis + (n[axis] < 0.0f ? 1 : 0));
-        return trace::mix_bits(hash_of(cell_at(p, side_m_)), bin) & (buckets_.size() - 1);
-    }
-    float side_m_;
-    std::vector<std::uint32_t> buckets_;
-    std::vector<Some> some_;
-};
 
 struct Candidate : trace::SurfacePoint {
     glm::vec3 albedo;
-    glm::vec3 detailed;  // normal as the normal map has it
+    glm::vec3 detailed;      // normal as the normal map has it
+    double area_m2 = 0.0;    // that it stands for
+    float near_m = 0.0f;     // to the nearest source in sight
+    float spacing_m = 0.0f;  // of surfels there
 };
 
 // All triangles by the area up to them, so that points are drawn evenly.
@@ -213,11 +155,12 @@ struct Placement {
         if (few.empty() || stopped()) return {};
         surfels.radius_m = kDartRadius * static_cast<float>(std::sqrt(reached_m2 / count));
         const auto tried = static_cast<std::size_t>(kCandidates * count * all_m2 / std::max(reached_m2, 1e-3 * all_m2));
-        const std::vector<Candidate> all = candidates(tried, 0x2545f491u, reached);
+        std::vector<Candidate> all = candidates(tried, 0x2545f491u, reached);
         if (stopped()) return {};
+        crowd(all, all_m2 / static_cast<double>(tried), count, surfels.radius_m);
         throw_darts(all, surfels);
         make_grid(surfels);
-        collect(all, all_m2 / static_cast<double>(tried), surfels);
+        collect(all, surfels);
         if (stopped()) return {};
         find_neighbours(surfels);
         return surfels;
@@ -316,12 +259,50 @@ struct Placement {
         return all;
     }
 
+    // Adds candidates near the seeds, so that surfels can lie closer together there, and says how close.
+    void crowd(std::vector<Candidate>& all, double each_m2, double count, float radius_m) {
+        const NearSources sources(geometry, seeds, radius_m / kNearShare);
+        const std::size_t evenly = all.size();
+        for (const NearSources::End& end : sources.rays(pool)) {
+            trace::SurfaceHit hit;
+            if (geometry.surface_at(end.instance, end.triangle, end.u, end.v, end.front, hit))
+                all.push_back({hit, hit.albedo, geometry.detailed_normal(hit, end.u, end.v)});
+        }
+        pool.run_chunks(all.size(), 1024, [&](std::size_t first, std::size_t size) {
+            for (std::size_t i = first; i < first + size; ++i) {
+                const NearSources::Near near = sources.at(all[i]);
+                all[i].near_m = near.distance_m;
+                // Points of both kinds are this dense together (Veach and Guibas 1995, balance heuristic).
+                all[i].area_m2 = 1.0 / (1.0 / each_m2 + near.rays_per_m2);
+                // Rounding: a ray ends where its own source does not see the point.
+                if (i >= evenly && !(near.rays_per_m2 > 0.0)) all[i].area_m2 = 0.0;
+            }
+        });
+        std::erase_if(all, [](const Candidate& one) { return !(one.area_m2 > 0.0); });
+        const auto spacing = [&](const Candidate& one, float share) {
+            return glm::clamp(share * one.near_m, kClosest * radius_m, radius_m);
+        };
+        // Where that would be too many they are the closer to the sources.
+        float share = kNearShare;
+        const auto more = [&] {
+            double sum = 0.0;
+            for (const Candidate& one : all) {
+                const double least = static_cast<double>(spacing(one, share)), most = static_cast<double>(radius_m);
+                sum += one.area_m2 * static_cast<double>(kDartRadius * kDartRadius) *
+                       (1.0 / (least * least) - 1.0 / (most * most));
+            }
+            return sum;
+        };
+        while (more() > kMostNear * count) share *= 1.25f;
+        for (Candidate& one : all) one.spacing_m = spacing(one, share);
+    }
+
     void throw_darts(const std::vector<Candidate>& all, Surfels& surfels) {
         std::vector<std::uint64_t> order(all.size());  // random bits and, below them, which candidate
         for (std::uint32_t i = 0; i < all.size(); ++i)
             order[i] = std::uint64_t{trace::mix_bits(i, 0x9e3779b9u)} << 32 | i;
         std::sort(order.begin(), order.end());
-        const float r = surfels.radius_m, r2 = r * r, side = 2.0f * r;
+        const float r = surfels.radius_m, side = 2.0f * r;
         const std::uint32_t buckets = power_of_two(4 * settings.most);
         constexpr std::uint32_t kEnd = ~0u;
         struct Taken {
@@ -340,7 +321,7 @@ struct Placement {
                     const Taken& other = taken[s];
                     const glm::vec3 d = other.position - c.position;
                     const float off = glm::dot(d, c.normal);
-                    if (glm::dot(d, d) + 3.0f * off * off < r2 &&
+                    if (glm::dot(d, d) + 3.0f * off * off < c.spacing_m * c.spacing_m &&
                         glm::dot(other.normal, c.normal) > std::numbers::sqrt2_v<float> / 2.0f)
                         return true;
                 }
@@ -383,6 +364,7 @@ struct Placement {
             surfels.detailed |= c.detailed != c.normal;
             surfels.geometric.push_back(c.geometric);
             surfels.albedo.push_back(c.albedo);
+            surfels.spacing_m.push_back(c.spacing_m);
         }
     }
 
@@ -402,7 +384,7 @@ struct Placement {
     }
 
     // What the candidates nearest to each surfel look like, on the mean, and how much area they stand for.
-    void collect(const std::vector<Candidate>& all, double area_m2, Surfels& s) {
+    void collect(const std::vector<Candidate>& all, Surfels& s) {
         std::vector<std::uint16_t> nearest(all.size());
         pool.run_chunks(all.size(), 1024, [&](std::size_t first, std::size_t count) {
             if (stopped()) return;
@@ -412,19 +394,27 @@ struct Placement {
                 nearest[i] = found[0];
             }
         });
-        std::vector<float> members(s.count, 1.0f);  // itself
+        // By area: where surfels crowd each candidate stands for less. A surfel counts as a little of itself, for want
+        // of others.
+        const float itself_m2 = 1e-6f * s.radius_m * s.radius_m;
+        std::vector<float> members_m2(s.count, itself_m2);
+        for (std::size_t i = 0; i < s.count; ++i) {
+            s.albedo[i] *= itself_m2;
+            for (int k = 0; k < 3 && s.detailed; ++k) s.facing[k][i] *= itself_m2;
+        }
         for (std::size_t i = 0; i < all.size(); ++i) {
             const std::size_t to = nearest[i];
             if (to == s.count) continue;
-            members[to] += 1.0f;
-            s.albedo[to] += all[i].albedo;
-            for (int k = 0; k < 3 && s.detailed; ++k) s.facing[k][to] += all[i].detailed[k];
+            const auto m2 = static_cast<float>(all[i].area_m2);
+            members_m2[to] += m2;
+            s.albedo[to] += m2 * all[i].albedo;
+            for (int k = 0; k < 3 && s.detailed; ++k) s.facing[k][to] += m2 * all[i].detailed[k];
         }
         for (std::size_t i = 0; i < s.count; ++i) {
-            s.albedo[i] /= members[i];
-            for (int k = 0; k < 3 && s.detailed; ++k) s.facing[k][i] /= members[i];
-            s.area_m2.push_back(static_cast<float>(area_m2) * (members[i] - 1.0f));
+            s.albedo[i] /= members_m2[i];
+            for (int k = 0; k < 3 && s.detailed; ++k) s.facing[k][i] /= members_m2[i];
         }
+        s.area_m2 = std::move(members_m2);
     }
 
     void find_neighbours(Surfels& s) {

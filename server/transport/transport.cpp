@@ -64,13 +64,13 @@ void add_seeds(const trace::World& world, std::vector<glm::vec3>& seeds) {
 
 std::size_t Transport::bytes() const {
     const Surfels& s = surface->surfels;
-    std::size_t sum = surface->cells->bytes() + s.count * (9 * sizeof(float) + 3 * sizeof(glm::vec3) + sizeof(float) +
+    std::size_t sum = surface->cells->bytes() + s.count * (10 * sizeof(float) + 3 * sizeof(glm::vec3) + sizeof(float) +
                                                            sizeof(s.neighbours[0]) + 2 * sizeof(std::uint32_t));
     for (const auto& set : links.sets) sum += set->ids.size() * sizeof(std::uint16_t);
     for (const auto& set : links.reversed)
         sum += set->from.size() * sizeof(std::uint16_t) + set->first.size() * sizeof(std::uint32_t);
     if (cells) sum += cells->triangles.size() * sizeof(glm::uvec2) + cells->cells.size() * sizeof(std::uint16_t);
-    return sum + 3 * emitted.direct.size() * sizeof(glm::vec4);
+    return sum + met_m2.size() * sizeof(float) + 3 * emitted.direct.size() * sizeof(glm::vec4);
 }
 
 Builder::Builder(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
@@ -158,7 +158,8 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
             emitted.narrow = 0.0f;  // nothing is drawn from where it shines
             std::shared_ptr<const CellMap::Table> table;
             if (cells) table = std::make_shared<const CellMap::Table>(surface->cells->table(*pool));
-            newest_.store(std::make_shared<const Transport>(Transport{surface, links, emitted, spent.count(), table}));
+            newest_.store(std::make_shared<const Transport>(
+                Transport{surface, links, met_areas_m2(links, surfels), emitted, spent.count(), table}));
         }
         made_ = first;
         made_.notify_all();

@@ -23,6 +23,7 @@ struct Transport {
     };
     std::shared_ptr<const Surface> surface;
     Links links;
+    std::vector<float> met_m2;                    // area of each surfel as the links meet it
     Irradiance emitted;                           // light of emissive surfaces, lux; empty: there are none
     double seconds = 0.0;                         // that making it took
     std::shared_ptr<const CellMap::Table> cells;  // of the surface's, as far as it is filled; null: not asked for

@@ -228,6 +228,11 @@ int main(int argc, char** argv) {
         ->check(CLI::Range(1.0, 86400.0))
         ->capture_default_str();
     survey->add_option("--cache", survey_options.cache, "folder of computed references")->capture_default_str();
+    survey
+        ->add_option("--links", survey_options.links,
+                     "of each surfel at most; those after 512 are for narrow beams and take longer than all others")
+        ->check(CLI::Range(16u, gonio::transport::kMostLinks))
+        ->capture_default_str();
     survey->add_option("--max-albedo", survey_options.max_albedo, "as of goniod, for scene files")
         ->check(CLI::Range(0.0, 1.0))
         ->capture_default_str();

@@ -366,7 +366,7 @@ void run_survey(const SurveyOptions& options, std::ostream& out, std::ostream& p
              "seconds  worst point\n";
     const auto take = [&](const std::string& name, std::optional<Scene> scene, const std::string& refused) {
         Renderer renderer(*context);
-        renderer.set_links(transport::kMostLinks);
+        renderer.set_links(options.links);
         rows.push_back(scene ? survey(renderer, name, std::move(*scene), options) : Row{name, refused});
         print(rows.back(), table);
     };

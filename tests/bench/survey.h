@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "server/transport/links.h"
+
 namespace gonio::bench {
 
 struct SurveyOptions {
@@ -14,6 +16,7 @@ struct SurveyOptions {
     unsigned picks = 8;               // points of each scene
     double reference_seconds = 20.0;  // of the path tracer for each scene at most
     std::string cache = "build/references";
+    unsigned links = transport::kMostLinks;  // of each surfel; as live light at rest has
     double max_albedo = 0.95;
     int device = -1;
     bool json = false;

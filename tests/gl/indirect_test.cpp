@@ -4,6 +4,7 @@
 #include "server/assets/assets.h"
 #include "server/trace/reference.h"
 #include "tests/gl/test_context.h"
+#include "tests/scenes/placed.h"
 
 namespace gonio::test {
 namespace {
@@ -59,6 +60,41 @@ TEST(Indirect, IntegratingSphereInThePicture) {
         EXPECT_EQ(reading(trace::kAllBounces).bounces(), "all");
         EXPECT_EQ(reading(0).indirect_lx(), 0.0);
     }
+}
+
+// A beam in a closed room lights a few surfels alone. However small its spot, in the end all flux is absorbed: the mean
+// of E over the walls is rho Phi / (A (1 - rho)).
+TEST(Indirect, ABeamInAClosedRoomKeepsItsFlux) {
+    constexpr double side = 3.0, rho = 0.8;
+    const auto profile = cosine_power(10'000.0, 400.0);
+    const double expected = rho * profile->flux_lm / (6.0 * side * side * (1.0 - rho));
+    double sum = 0.0;
+    constexpr double kAims[] = {0.5, 1.5, 3.5};  // far from corners, where three nodes are too few
+    for (const double aim : kAims) {
+        Renderer renderer(context(), direct_light());
+        const Scene scene = scene_of_pieces(box({0, 0, 0}, glm::dvec3(side), rho, true),
+                                            {light_seed(profile, {1.2, 1.6, 1.4}, orientation_of({aim, 1.1, 0.0}))});
+        double mean = 0.0;
+        constexpr int kEach = 3;  // nodes of Gauss and Legendre along each edge
+        const double at[kEach] = {0.5 - 0.5 * std::sqrt(0.6), 0.5, 0.5 + 0.5 * std::sqrt(0.6)},
+                     weight[kEach] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
+        for (int face = 0; face < 6; ++face) {
+            const int axis = face / 2, u = (axis + 1) % 3, v = (axis + 2) % 3;
+            for (int i = 0; i < kEach; ++i) {
+                for (int k = 0; k < kEach; ++k) {
+                    glm::dvec3 point(0.0), normal(0.0);
+                    normal[axis] = face % 2 == 0 ? 1.0 : -1.0;
+                    point[axis] = face % 2 == 0 ? 1e-3 : side - 1e-3;
+                    point[u] = side * at[i], point[v] = side * at[k];
+                    mean += weight[i] * weight[k] / 6.0 *
+                            renderer.meter(scene, point, normal, Quality::interactive).indirect_lx();
+                }
+            }
+        }
+        EXPECT_NEAR(mean, expected, 0.03 * expected) << "aim " << aim;
+        sum += mean / static_cast<double>(std::size(kAims));
+    }
+    EXPECT_NEAR(sum, expected, 0.015 * expected);
 }
 
 TEST(Indirect, AFlatPlaneAloneLightsNothing) {

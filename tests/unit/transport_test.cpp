@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "server/assets/assets.h"
+#include "server/trace/sampler.h"
 #include "server/transport/fixed_point.h"
 #include "tests/scenes/placed.h"
 #include "tests/scenes/scenes.h"
@@ -203,6 +204,74 @@ TEST(Transport, ASheetHasTwoSides) {
         EXPECT_GT(s.geometric[i].y, 0.0f) << "walks meet its front alone";
         EXPECT_EQ(made.irradiance.indirect[i].g, 0.0f) << "a plane does not light itself";
     }
+}
+
+// Flux that lands on a surfel is divided by the area on which links meet it. Points drawn evenly over all faces say how
+// large that is: each one's cell has a surfel.
+TEST(Transport, LinksSayHowLargeASurfelIs) {
+    const Made made(room({1.0, 1.0, 1.0}, 0.5f, {0.4, 0.5, 0.6}), kFew);
+    const Surfels& s = made.surfels();
+    const SceneAsset& asset = made.geometry->asset();
+    constexpr int kPoints = 1 << 19;  // some 250 a surfel
+    std::vector<double> cell_m2(s.count + 1, 0.0);
+    const auto triangles = 2 * asset.instances.size();  // all of one size
+    for (std::uint32_t i = 0; i < kPoints; ++i) {
+        trace::Sample sample(11, i);
+        const glm::vec2 which = sample.next(), where = sample.next();
+        const auto triangle =
+            std::min(static_cast<std::size_t>(which.x * static_cast<float>(triangles)), triangles - 1);
+        const float root = std::sqrt(where.x);
+        cell_m2[made.transport->surface->cells->surfel_at(static_cast<unsigned>(triangle / 2),
+                                                          static_cast<unsigned>(triangle % 2), root * (1.0f - where.y),
+                                                          root * where.y, true)] += 6.0 / kPoints;
+    }
+    double all_m2 = 0.0, squares = 0.0, before = 0.0;
+    for (std::size_t i = 0; i < s.count; ++i) {
+        const double met_m2 = static_cast<double>(made.transport->met_m2[i]);
+        all_m2 += met_m2;
+        squares += std::pow(met_m2 / cell_m2[i] - 1.0, 2.0);
+        before += std::pow(static_cast<double>(s.area_m2[i]) / cell_m2[i] - 1.0, 2.0);
+    }
+    const double count = static_cast<double>(s.count);
+    EXPECT_EQ(cell_m2[s.count], 0.0);
+    EXPECT_NEAR(all_m2, 6.0, 0.01 * 6.0);
+    EXPECT_LT(std::sqrt(squares / count), 0.12) << "512 links and 250 points: 8 %";
+    EXPECT_GT(std::sqrt(before / count), 0.15) << "else the links are not needed";
+}
+
+// Illuminance changes over distances like that to the luminaire, and so do surfels lie near it.
+TEST(Transport, SurfelsCrowdNearALuminaire) {
+    const Made made(room({4.0, 3.0, 5.0}, 0.5f, {0.1, 1.0, 2.0}));
+    const Surfels& s = made.surfels();
+    std::size_t close = 0, crowded = 0;
+    for (std::size_t i = 0; i < s.count; ++i) {
+        const float from_m = glm::distance(s.position(i), made.light);
+        EXPECT_LE(s.spacing_m[i], s.radius_m);
+        if (s.spacing_m[i] < s.radius_m) ++crowded;
+        if (from_m > 4.0f * s.radius_m) {
+            EXPECT_EQ(s.spacing_m[i], s.radius_m);
+        }
+        // A disc of the luminaire's distance around its foot; evenly spaced surfels would be 0.03 / radius² in it.
+        if (from_m < 0.1f * std::numbers::sqrt2_v<float>) ++close;
+    }
+    EXPECT_GT(static_cast<float>(close), 2.0f * 0.0314f * 0.55f / (s.radius_m * s.radius_m));
+    EXPECT_GT(crowded, close);
+    EXPECT_LT(crowded, s.count / 10);
+}
+
+// However many luminaires there are, those near them are some 5 % more at most.
+TEST(Transport, ManyLuminairesCrowdLess) {
+    const Scene scene = room({10.0, 3.0, 10.0}, 0.5f, {5.0, 1.5, 5.0});
+    const auto geometry = std::make_shared<const trace::Geometry>(scene.asset);
+    std::vector<glm::vec3> few = {geometry->local({5.0, 1.5, 5.0})}, many = few;
+    for (int i = 0; i < 400; ++i)
+        many.push_back(geometry->local({0.25 + 0.5 * (i % 20), 2.95, 0.25 + 0.5 * static_cast<double>(i / 20)}));
+    Pool pool;
+    const auto go_on = [] { return false; };
+    const std::size_t without = place_surfels(*geometry, few, {}, pool, go_on).count,
+                      with = place_surfels(*geometry, many, {}, pool, go_on).count;
+    EXPECT_LT(static_cast<double>(with), 1.08 * static_cast<double>(without));
+    EXPECT_GT(static_cast<double>(with), 1.01 * static_cast<double>(without));
 }
 
 // With a sixteenth of the memory there are fewer surfels; the light is the same but for its detail.

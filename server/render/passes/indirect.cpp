@@ -26,19 +26,20 @@ const lighting::VplRays& rays_of(const Light& light, const LightGpu& gpu, unsign
 
 }  // namespace
 
-void light_surfels(const PassContext& context, const Light& light, const LightGpu& gpu,
-                   const Transport::Surface& surface, std::vector<float>& out) {
+void light_surfels(const PassContext& context, const Light& light, const LightGpu& gpu, const Transport& transport,
+                   std::vector<float>& out) {
+    const transport::Surfels& surfels = transport.surface->surfels;
     const lighting::DirectLight direct = direct_light_of(context, light, gpu);
-    lighting::direct_at_surfels(surface.surfels, context.traced, direct, out, context.pool);
-    if (!light.sun && light.shining()->flux_lm > 0.0 && lighting::takes_flux(surface.surfels, direct, out))
-        lighting::take_flux(rays_of(light, gpu, kVplsAtRest), surface, direct, out, context.pool);
+    lighting::direct_at_surfels(surfels, context.traced, direct, out, context.pool);
+    if (!light.sun && light.shining()->flux_lm > 0.0 && lighting::takes_flux(surfels, direct, out))
+        lighting::take_flux(rays_of(light, gpu, kVplsAtRest), transport, direct, out, context.pool);
 }
 
 PassRun run_surfels(const PassContext& context, const Light& light, LightGpu& gpu) {
     gpu.surfel_direct.clear();
     gpu.exact = {};
     gpu.moves = true;
-    if (context.has_surfels()) light_surfels(context, light, gpu, *context.transport->surface, gpu.surfel_direct);
+    if (context.has_surfels()) light_surfels(context, light, gpu, *context.transport, gpu.surfel_direct);
     return {};
 }
 

@@ -98,7 +98,7 @@ PassRun run_grid(const PassContext& context, Surfaces& surfaces);
 // Direct light of a luminaire at the transport's surfels; every bounce among them.
 // out: of a luminaire at a transport's surfels, as LightGpu::surfel_direct.
 void light_surfels(const PassContext& context, const Light& light, const LightGpu& gpu,
-                   const transport::Transport::Surface& surface, std::vector<float>& out);
+                   const transport::Transport& transport, std::vector<float>& out);
 PassRun run_surfels(const PassContext& context, const Light& light, LightGpu& gpu);
 PassRun run_solve(const PassContext& context, LightGpu& gpu, const lighting::GridWeights& weights);
 // Whether the grid's points, or the pixels where shaders gather, show bodies.

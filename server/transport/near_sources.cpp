@@ -1,0 +1,80 @@
+#include "server/transport/near_sources.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "server/trace/sampler.h"
+#include "server/transport/reached.h"
+
+namespace gonio::transport {
+namespace {
+
+// Enough for six candidates in each disc of a quarter of the distance, where the surface faces the source.
+constexpr unsigned kMostRays = 2048;
+constexpr std::size_t kMostOfAll = 1u << 17;  // of all sources together
+
+}  // namespace
+
+NearSources::NearSources(const trace::Geometry& geometry, std::span<const glm::vec3> sources, float reach_m)
+    : geometry_(geometry), sources_(sources), reach_m_(reach_m) {
+    const std::size_t each = std::min<std::size_t>(kMostRays, kMostOfAll / std::max<std::size_t>(sources.size(), 1));
+    rays_ = std::max(1u, static_cast<unsigned>(each) / trace::kPacket) * trace::kPacket;
+    for (std::uint32_t i = 0; i < sources.size(); ++i) {
+        const glm::ivec3 low = cell_at(sources[i] - reach_m, 2.0f * reach_m),
+                         high = cell_at(sources[i] + reach_m, 2.0f * reach_m);
+        glm::ivec3 cell;
+        for (cell.z = low.z; cell.z <= high.z; ++cell.z)
+            for (cell.y = low.y; cell.y <= high.y; ++cell.y)
+                for (cell.x = low.x; cell.x <= high.x; ++cell.x) by_cell_.emplace_back(hash_of(cell), i);
+    }
+    std::sort(by_cell_.begin(), by_cell_.end());
+}
+
+NearSources::Near NearSources::at(const trace::SurfacePoint& point) const {
+    Near near{reach_m_};
+    const std::uint32_t cell = hash_of(cell_at(point.position, 2.0f * reach_m_));
+    auto one = std::lower_bound(by_cell_.begin(), by_cell_.end(), std::pair(cell, 0u));
+    for (std::uint32_t last = ~0u; one != by_cell_.end() && one->first == cell; ++one) {
+        if (std::exchange(last, one->second) == one->second) continue;  // two of its cells have one hash
+        const glm::vec3& source = sources_[one->second];
+        const glm::vec3 along = source - point.position;
+        const float distance_m = glm::length(along), facing = glm::dot(along, point.geometric);
+        if (!(distance_m < reach_m_) || facing <= 0.0f) continue;
+        const glm::vec3 from = point.position + point.geometric * (4.0f * geometry_.step_off(point.position));
+        if (geometry_.occluded(from, source)) continue;
+        near.distance_m = std::min(near.distance_m, distance_m);
+        const double d = static_cast<double>(distance_m);
+        near.rays_per_m2 += rays_ * static_cast<double>(facing) / (4.0 * std::numbers::pi * d * d * d);
+    }
+    return near;
+}
+
+std::vector<NearSources::End> NearSources::rays(Pool& pool) const {
+    std::vector<std::vector<End>> found(sources_.size());
+    pool.run(static_cast<int>(sources_.size()), [&](int source) {
+        const auto stream = static_cast<std::uint32_t>(source);
+        const glm::vec3& from = sources_[stream];
+        for (unsigned first = 0; first < rays_; first += trace::kPacket) {
+            trace::RayPacket rays;
+            for (unsigned i = 0; i < trace::kPacket; ++i) {
+                const glm::vec2 random = trace::scrambled_pair(first + i, trace::mix_bits(stream, 0x7f4a7c15u),
+                                                               trace::mix_bits(stream, 0x1b873593u));
+                const float z = 1.0f - 2.0f * random.x, r = std::sqrt(std::max(0.0f, 1.0f - z * z)),
+                            phi = 2.0f * std::numbers::pi_v<float> * random.y;
+                rays.set(static_cast<int>(i), from, {r * std::cos(phi), r * std::sin(phi), z}, reach_m_);
+            }
+            trace::HitPacket hits;
+            const unsigned met = geometry_.closest(rays, ~0u >> (32 - trace::kPacket), hits);
+            for (int i = 0; i < trace::kPacket; ++i) {
+                if ((met >> i & 1u) == 0) continue;
+                found[stream].push_back({static_cast<int>(hits.instance[i]), static_cast<int>(hits.triangle[i]),
+                                         hits.u[i], hits.v[i], glm::dot(rays.along(i), hits.normal(i)) < 0.0f});
+            }
+        }
+    });
+    std::vector<End> ends;
+    for (const auto& some : found) ends.insert(ends.end(), some.begin(), some.end());
+    return ends;
+}
+
+}  // namespace gonio::transport

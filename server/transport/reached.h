@@ -1,0 +1,46 @@
+// Which surfaces light comes to: those that random walks from where it starts have met.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <utility>
+#include <vector>
+
+#include "server/trace/geometry.h"
+
+namespace gonio::transport {
+
+// Cells of space, side_m wide, and a hash of one.
+glm::ivec3 cell_at(const glm::vec3& p, float side_m);
+std::uint32_t hash_of(const glm::ivec3& cell);
+// Result: how many buckets, 1024 at least, hold so many.
+std::uint32_t power_of_two(std::size_t least);
+
+// Whether a short ray between two points on surfaces is free, or a path so high above both: on a rounded surface rays
+// between its points pass below it. n, m: their normals.
+bool in_sight(const trace::Geometry& geometry, const glm::vec3& p, const glm::vec3& n, const glm::vec3& q,
+              const glm::vec3& m, float above_m);
+
+// Points that walks met, some in each coarse cell of space, by the axis that their surface faces. One thread adds; any
+// asks.
+class Reached {
+public:
+    Reached(float side_m, std::size_t cells) : side_m_(side_m), buckets_(power_of_two(64 * cells), 0) {}
+    // Returns whether there were few points there before.
+    bool add(const glm::vec3& p, const glm::vec3& normal);
+    // Whether one of them is in sight: else it is on the other side of a wall.
+    bool sees(const trace::Geometry& geometry, const glm::vec3& p, const glm::vec3& normal) const;
+
+private:
+    static constexpr int kSome = 6;
+    struct Some {
+        int count = 0;
+        std::pair<glm::vec3, glm::vec3> points[kSome];
+    };
+    std::size_t bucket_of(const glm::vec3& p, const glm::vec3& n) const;
+    float side_m_;
+    std::vector<std::uint32_t> buckets_;
+    std::vector<Some> some_;
+};
+
+}  // namespace gonio::transport
