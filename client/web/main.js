@@ -124,6 +124,7 @@ Object.defineProperty(window, "gonio", {value: Object.freeze({
     get connected() { return connection.live; },
     get mode() { return video.mode; },
     get gaps() { return video.gaps; },
+    get answered() { return store.answered; },
     get transportReady() { return transport.ready; },
     get state() { return structuredClone(store.state); },
 })});

@@ -82,6 +82,9 @@ export class Store extends EventTarget {
         return override ? override.value : fromServer;
     }
 
+    // Whether the server has answered to all that was changed here.
+    get answered() { return this.#overrides.size === 0; }
+
     hold(key, value) {
         const override = this.#overrides.get(key) ?? {value, unanswered: 0, queued: null};
         if (!override.held) override.gesture = ++this.#gesture;

@@ -319,10 +319,12 @@ protected:
         more.insert(more.begin(), {"--size", "160x160"});
         daemon = std::make_unique<DaemonProcess>(more);
     }
+    // What would hold it up never ends; a busy machine may take seconds.
+    static constexpr double kLong_s = 10.0;
     void expect_prompt_end() {
         const auto began = Clock::now();
         EXPECT_EQ(daemon->stop(), 0);
-        EXPECT_LT(std::chrono::duration<double>(Clock::now() - began).count(), 2.5);
+        EXPECT_LT(std::chrono::duration<double>(Clock::now() - began).count(), kLong_s);
     }
     std::unique_ptr<DaemonProcess> daemon;
 };
@@ -419,7 +421,7 @@ TEST_F(Ending, WhileTheDiskOfTheStateHangs) {
         }
         EXPECT_EQ(daemon->stop(), twice ? 128 + SIGTERM : 0);
         const double took_s = std::chrono::duration<double>(Clock::now() - began).count();
-        EXPECT_LT(took_s, twice ? 1.5 : 2.5);
+        EXPECT_LT(took_s, kLong_s);
         EXPECT_GT(took_s, twice ? 0.3 : 1.5) << "nothing held it up";
         EXPECT_EQ(upload_folders(folder.path("")), 0u);
         EXPECT_FALSE(std::filesystem::exists(state));
@@ -445,7 +447,7 @@ TEST_F(Ending, WhileAReloadHangs) {
     kill(daemon->pid(), SIGTERM);
     std::this_thread::sleep_for(300ms);
     EXPECT_EQ(daemon->stop(), 128 + SIGTERM) << "the second one ends it at once";
-    EXPECT_LT(std::chrono::duration<double>(Clock::now() - began).count(), 1.5);
+    EXPECT_LT(std::chrono::duration<double>(Clock::now() - began).count(), kLong_s);
 }
 
 TEST(Roles, ViewersTheLeaseAndConflicts) {

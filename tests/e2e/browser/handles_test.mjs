@@ -5,15 +5,7 @@ import {asked, check, inBrowser, listen, screenshot, settled, sleep, startServer
 import {changed, distance, drag, handle, light, onPage} from "./place.mjs";
 
 // Where a light came to rest that was dragged away from `from`.
-async function dragged(page, name, from) {
-    let last = from;
-    return until("a light that was dragged and rests", async () => {
-        const before = last;
-        last = (await light(page, name)).position;
-        await sleep(300);
-        return distance(last, from) > 0.05 && distance(last, before) < 1e-9 && last;
-    });
-}
+const dragged = (page, name, from) => changed(page, "a light that was dragged", from, async () => (await light(page, name)).position);
 
 async function run(page, server) {
     await page.goto(server.url);
@@ -57,7 +49,7 @@ async function run(page, server) {
     await page.keyboard.down("Control");
     await drag(page, await handle(page, "circle[data-roll]"), [ring.width / 4, 0]);
     await page.keyboard.up("Control");
-    const snapped = 12 / Math.PI * await changed("another roll", onZ.roll_rad, async () => (await light(page, first)).roll_rad);
+    const snapped = 12 / Math.PI * await changed(page, "another roll", onZ.roll_rad, async () => (await light(page, first)).roll_rad);
     check(Math.abs(snapped - Math.round(snapped)) < 1e-6, "Ctrl rolls in steps of 15°", `${Math.round(snapped) * 15}°`);
     await until("the same degrees in the field", async () => Math.abs(Number(await page.locator("#roll-number").inputValue()) - Math.round(snapped) * 15) < 0.06);
     await page.locator("#canvas").focus();

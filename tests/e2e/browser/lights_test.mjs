@@ -85,7 +85,7 @@ async function changesAll(page, first) {
 async function movesAll(page, first) {
     const before = await positions(page);
     await drag(page, await handle(page, circle(first)), [30, 24]);
-    const after = await changed("lights that were dragged", before, () => positions(page));
+    const after = await changed(page, "lights that were dragged", before, () => positions(page));
     const by = Object.keys(before).map((name) => after[name].map((value, i) => value - before[name][i]));
     check(distance(by[0], by[1]) < 1e-9 && distance(by[0], by[2]) < 1e-9 && distance(by[0], [0, 0, 0]) > 0.02, "a drag moves all of them by the same", by[0].map((value) => value.toFixed(3)).join(" "));
     await undone(page, "one undo moves all of them back", async () => JSON.stringify(await positions(page)) === JSON.stringify(before));
@@ -116,7 +116,7 @@ async function usesKeys(page, first) {
     for (let i = 1; i <= 4; ++i) await page.mouse.move(at[0] + 12 * i, at[1] + 5 * i);
     await page.mouse.down();
     await page.mouse.up();
-    const moved = await changed("a light that W moved", start, async () => (await light(page, first)).position);
+    const moved = await changed(page, "a light that W moved", start, async () => (await light(page, first)).position);
     check(moved[0] > start[0] + 0.05 && moved[1] === start[1] && moved[2] === start[2], "W, X, the mouse and a click move it along X", moved.join(" "));
     await page.keyboard.press("g");
     await page.mouse.move(at[0] - 60, at[1] - 50);
@@ -129,10 +129,10 @@ async function usesKeys(page, first) {
     await page.keyboard.press("e");
     await page.mouse.move(at[0] + 60, at[1]);
     await page.keyboard.press("Enter");
-    const turned = await changed("a light that E turned", aim, async () => (await light(page, first)).aim);
+    const turned = await changed(page, "a light that E turned", aim, async () => (await light(page, first)).aim);
     check(turned[0] > aim[0], "E turns it after the mouse, Enter keeps it", turned.map((value) => value.toFixed(3)).join(" "));
     await drag(page, await handle(page, "circle[data-aim]"), [-40, 0]);
-    const back = await changed("the aim's handle", turned, async () => (await light(page, first)).aim);
+    const back = await changed(page, "the aim's handle", turned, async () => (await light(page, first)).aim);
     check(back[0] < turned[0], "the end of the aim line is a handle");
     await page.keyboard.press("f");
     await until("the light in the middle", async () => distance((await state(page)).camera.target, moved) < 1e-6);
@@ -206,7 +206,7 @@ async function byTouch(browser, server) {
     await touch("touchStart", ...at);
     for (let i = 1; i <= 4; ++i) await touch("touchMove", at[0] + 10 * i, at[1]);
     await touch("touchEnd");
-    const after = await changed("a light that a finger moved", before, async () => (await light(page, all[1])).position);
+    const after = await changed(page, "a light that a finger moved", before, async () => (await light(page, all[1])).position);
     check(after[0] > before[0], "Move and a finger move it", after.map((value) => value.toFixed(2)).join(" "));
     check(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), "nothing is wider than the screen");
     if (screenshot) await page.screenshot({path: screenshot.replace(/\.png$/, "-touch.png")});

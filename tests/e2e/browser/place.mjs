@@ -27,13 +27,14 @@ export async function drag(page, from, by, during = async () => {}) {
     await page.mouse.up();
 }
 
-// A value that has become another than `before` and has come to rest.
-export async function changed(what, before, read) {
+// A value that has become another than `before` and has come to rest: the page has no command under way, which a busy
+// server may be long to answer.
+export async function changed(page, what, before, read) {
     let last = before;
     return until(what, async () => {
-        const previous = last;
+        const previous = last, answered = await page.evaluate(() => window.gonio.answered);
         last = await read();
         await sleep(250);
-        return JSON.stringify(last) !== JSON.stringify(before) && JSON.stringify(last) === JSON.stringify(previous) && last;
+        return answered && JSON.stringify(last) !== JSON.stringify(before) && JSON.stringify(last) === JSON.stringify(previous) && last;
     });
 }
