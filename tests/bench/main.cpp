@@ -228,6 +228,9 @@ int main(int argc, char** argv) {
         ->check(CLI::Range(1.0, 86400.0))
         ->capture_default_str();
     survey->add_option("--cache", survey_options.cache, "folder of computed references")->capture_default_str();
+    survey->add_option("--bulbs", survey_options.bulbs, "in a scene without light: at the eye, and further on")
+        ->check(CLI::Range(1u, 1024u))
+        ->capture_default_str();
     survey
         ->add_option("--links", survey_options.links,
                      "of each surfel at most; those after 512 are for narrow beams and take longer than all others")

@@ -79,6 +79,20 @@ glm::dvec3 inside(const SceneAsset& asset, const trace::Geometry& geometry) {
     return best;
 }
 
+// So many places for bulbs: the first at the eye, each other halfway from one before to a surface.
+std::vector<glm::dvec3> bulb_places(const glm::dvec3& eye, const trace::Geometry& geometry, unsigned count) {
+    std::vector<glm::dvec3> places = {eye};
+    for (std::uint32_t i = 0; places.size() < count; ++i) {
+        trace::Sample sample(0x3c6ef372u, i);
+        const glm::vec3 from = geometry.local(places[i % places.size()]), along = any_direction(sample.next());
+        trace::SurfaceHit hit;
+        const bool met = geometry.closest(from, along, 0.0f, false, hit);
+        if (!met && i < 64 * count) continue;  // in the end all may stand in one place
+        places.push_back(geometry.origin() + glm::dvec3(met ? from + 0.5f * hit.distance * along : from));
+    }
+    return places;
+}
+
 // Points on the surfaces that diffuse walks from the eye and the luminaires reach, at the first to the fourth surface
 // that they meet: light comes to corners that no camera shows. Backs of single-sided surfaces count as well, because
 // light meets them.
@@ -321,14 +335,14 @@ std::vector<std::string> files_of(const std::vector<std::string>& paths) {
     return files;
 }
 
-// A scene, or why there is none. One without luminaires has a bulb at the eye.
-std::optional<Scene> scene_of_file(const std::string& file, double max_albedo, std::string& refused) {
+// A scene, or why there is none. One without luminaires has bulbs.
+std::optional<Scene> scene_of_file(const std::string& file, const SurveyOptions& options, std::string& refused) {
     std::shared_ptr<const SceneAsset> asset;
     if (file == "corridor" || file == "stage") {
         asset = file == "corridor" ? test::make_corridor() : test::make_stage(4);
     } else {
         LoadOptions load;
-        load.max_albedo = max_albedo;
+        load.max_albedo = options.max_albedo;
         const auto loaded = load_scene(file, "", load);
         if (!loaded) {
             refused = loaded.error().text();
@@ -342,8 +356,10 @@ std::optional<Scene> scene_of_file(const std::string& file, double max_albedo, s
     if (scene.lights.empty()) {
         const Camera camera = scene.camera;
         auto lit = std::make_shared<SceneAsset>(*asset);
-        lit->lights.push_back(test::light_seed(test::isotropic(kBulbCd), camera.eye));
-        lit->lights[0].name = "bulb";
+        for (const glm::dvec3& place : bulb_places(camera.eye, *geometry, options.bulbs)) {
+            lit->lights.push_back(test::light_seed(test::isotropic(kBulbCd), place));
+            lit->lights.back().name = "bulb " + std::to_string(lit->lights.size());
+        }
         scene = scene_of(lit);
         scene.camera = camera;
     }
@@ -372,7 +388,7 @@ void run_survey(const SurveyOptions& options, std::ostream& out, std::ostream& p
     };
     for (const std::string& file : files) {
         std::string refused;
-        std::optional<Scene> scene = scene_of_file(file, options.max_albedo, refused);
+        std::optional<Scene> scene = scene_of_file(file, options, refused);
         take(file, std::move(scene), refused);
     }
     for (unsigned long long i = seed; i < seed + count; ++i)

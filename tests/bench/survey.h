@@ -16,6 +16,7 @@ struct SurveyOptions {
     unsigned picks = 8;               // points of each scene
     double reference_seconds = 20.0;  // of the path tracer for each scene at most
     std::string cache = "build/references";
+    unsigned bulbs = 1;                      // in a scene without light: at the eye, and about
     unsigned links = transport::kMostLinks;  // of each surfel; as live light at rest has
     double max_albedo = 0.95;
     int device = -1;
