@@ -46,10 +46,6 @@ CellMap::CellMap(const trace::Geometry& geometry, const Surfels& surfels, std::s
     for (std::size_t i = 0; i < size_; ++i) cells_[i].store(kUnknown, std::memory_order_relaxed);
 }
 
-bool CellMap::crowded(std::uint16_t id) const {
-    return surfels_.spacing_m[id] < surfels_.radius_m;
-}
-
 std::uint16_t CellMap::surfel_at(unsigned instance, unsigned triangle, float u, float v, bool front) const {
     const Triangle& own = triangles_[first_triangle_[instance] + triangle];
     const auto along = [&](float share) {
@@ -67,7 +63,7 @@ std::uint16_t CellMap::surfel_at(unsigned instance, unsigned triangle, float u, 
     const auto i = static_cast<int>(instance), t = static_cast<int>(triangle);
     if (!geometry_.surface_at(i, t, u, v, front, hit, false)) return static_cast<std::uint16_t>(surfels_.count);
     const auto known = static_cast<std::uint16_t>(value);
-    if (known < surfels_.count && !crowded(known) && surfels_.sees(geometry_, hit, known)) return known;
+    if (known < surfels_.count && !surfels_.crowded(known) && surfels_.sees(geometry_, hit, known)) return known;
     return surfels_.visible_from(geometry_, hit);
 }
 
@@ -85,7 +81,7 @@ std::uint32_t CellMap::fill(unsigned instance, unsigned triangle, std::uint32_t 
         return static_cast<std::uint32_t>(surfels_.count) | kDivided;  // a hole in the middle says nothing of the rest
     }
     const std::uint16_t id = surfels_.visible_from(geometry_, hit);
-    if (id < surfels_.count && crowded(id) &&
+    if (id < surfels_.count && surfels_.crowded(id) &&
         longest_edge(geometry_.corners(i, t)) * edge > kCellRadii * surfels_.spacing_m[id])
         return id | kDivided;
     // A cell much smaller than a surfel stands for itself.

@@ -36,7 +36,6 @@ private:
         std::uint32_t first;  // into cells_: the front's, then the back's
         std::uint32_t side;   // cells along each edge
     };
-    bool crowded(std::uint16_t id) const;  // surfels lie closer together around this one
     std::uint32_t fill(unsigned instance, unsigned triangle, std::uint32_t cell, std::uint32_t side, bool front) const;
 
     const trace::Geometry& geometry_;

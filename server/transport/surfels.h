@@ -35,6 +35,7 @@ struct Surfels {  // NOLINT(bugprone-reserved-identifier): in the copy that the 
     glm::vec3 position(std::size_t i) const { return {points[0][i], points[1][i], points[2][i]}; }
     glm::vec3 normal(std::size_t i) const { return {points[3][i], points[4][i], points[5][i]}; }
     glm::vec3 detailed_normal(std::size_t i) const { return {facing[0][i], facing[1][i], facing[2][i]}; }
+    bool crowded(std::size_t i) const { return spacing_m[i] < radius_m; }
     trace::SurfacePoint at(std::size_t i) const { return {position(i), normal(i), geometric[i]}; }
 
     // Result: the ids of those within so many radii whose normals agree within 60 degrees, else within 90, the nearest

@@ -315,21 +315,51 @@ struct Point {
           start(p + n * (4.0f * context.traced.step_off(p))) {}
 };
 
+constexpr float kFarRadii = lighting::kVplsAloneRadii;  // from there on a crowded surfel is as good as a point
+
+// Result: the crowded surfels far away that the point sees, and what of its cosine-weighted hemisphere each covers.
+std::vector<std::pair<std::uint16_t, float>> rays_to_crowded(const Point& point, const PassContext& context) {
+    const Transport& transport = *context.transport;
+    const transport::Surfels& surfels = transport.surface->surfels;
+    std::vector<std::pair<std::uint16_t, float>> found;
+    const auto take = [&](const std::pair<std::uint16_t, float>& one, const glm::vec3& passed) {
+        found.emplace_back(one.first, one.second * trace::luminous(passed));
+    };
+    trace::ShadowRays<std::pair<std::uint16_t, float>, decltype(take)> rays(context.traced, take);
+    for (std::size_t i = 0; i < surfels.count; ++i) {
+        if (!surfels.crowded(i)) continue;
+        const glm::vec3 along = surfels.position(i) - point.p;
+        const float length_m = glm::length(along), facing = glm::dot(along, point.n),
+                    turned = -glm::dot(along, surfels.geometric[i]);
+        if (length_m < kFarRadii * surfels.radius_m || facing <= 0.0f || turned <= 0.0f) continue;
+        const glm::vec3 off = surfels.geometric[i] * (4.0f * context.traced.step_off(surfels.position(i)));
+        rays.add(point.start, surfels.position(i) + off - point.start, 1.0f,
+                 {static_cast<std::uint16_t>(i),
+                  transport.met_m2[i] * facing * turned / (std::numbers::pi_v<float> * std::pow(length_m, 4.0f))});
+    }
+    rays.send();
+    return found;
+}
+
 // Result: the surfels that a meter's links lead to, the same for all light, and the ends of those nearby.
 MeterLight& links_of(const Point& point, const PassContext& context, MeterLight& links) {
     if (!links.ids.empty()) return links;
     const Transport::Surface& surface = *context.transport->surface;
     const transport::Surfels& surfels = surface.surfels;
     links.ids.resize(kMeterLinks);
+    links.rays = rays_to_crowded(point, context);
     trace::HitPacket hits;
     for (unsigned k = 0; k < kMeterLinks; k += trace::kPacket) {
         const transport::Fan fan = transport::make_fan(point.start, point.n, point.n, transport::fan_directions(1, k));
         const unsigned met =
             transport::follow(fan, context.traced, surfels, *surface.cells, hits, links.ids.data() + k);
         for (int i = 0; i < trace::kPacket; ++i) {
-            if ((met >> i & 1u) != 0 && links.ids[k + static_cast<unsigned>(i)] != surfels.count &&
-                hits.distance[i] < lighting::kVplsAloneRadii * surfels.radius_m)
-                links.ends.add(fan, hits, i, links.ids[k + static_cast<unsigned>(i)], k / kLinksPerPart);
+            std::uint16_t& id = links.ids[k + static_cast<unsigned>(i)];
+            if ((met >> i & 1u) == 0 || id == surfels.count) continue;
+            if (hits.distance[i] < kFarRadii * surfels.radius_m)
+                links.ends.add(fan, hits, i, id, k / kLinksPerPart);
+            else if (surfels.crowded(id))
+                id = static_cast<std::uint16_t>(surfels.count);  // a ray goes there
         }
     }
     return links;
@@ -345,13 +375,17 @@ PointLight bounced_at(const Point& point, const PassContext& context, const tran
     const transport::Surfels& surfels = context.transport->surface->surfels;
     const std::vector<std::uint16_t>& ids = links_of(point, context, meter).ids;
     PointLight found;
-    for (unsigned k = 0; k < kMeterLinks; ++k) {
-        if (ids[k] == surfels.count) continue;
-        glm::vec4 sum = light.direct[ids[k]] * share;
-        if (context.bounces != 1) sum += light.indirect[ids[k]];
-        found.parts[k / kLinksPerPart] +=
-            glm::dvec3(surfels.albedo[ids[k]] * glm::vec3(sum)) * (unit / static_cast<double>(kLinksPerPart));
-    }
+    const auto sent = [&](std::uint16_t id) {
+        glm::vec4 sum = light.direct[id] * share;
+        if (context.bounces != 1) sum += light.indirect[id];
+        return glm::dvec3(surfels.albedo[id] * glm::vec3(sum)) * unit;
+    };
+    for (unsigned k = 0; k < kMeterLinks; ++k)
+        if (ids[k] != surfels.count)
+            found.parts[k / kLinksPerPart] += sent(ids[k]) / static_cast<double>(kLinksPerPart);
+    glm::dvec3 by_rays(0.0);
+    for (const auto& [id, form_factor] : meter.rays) by_rays += sent(id) * static_cast<double>(form_factor);
+    for (glm::dvec3& part : found.parts) part += by_rays;
     return found;
 }
 

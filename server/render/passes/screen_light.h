@@ -117,6 +117,7 @@ struct MeterLight {
     std::array<PointLight, 2> emitted, summed;  // lux
     std::vector<std::uint16_t> ids;             // of its links, the same for all light
     lighting::LinkEnds ends;
+    std::vector<std::pair<std::uint16_t, float>> rays;  // to crowded surfels, which few links meet: their form factors
 };
 
 // Of the passes of haze, along the rays of the view or at its probes. Units: as of the light that is scattered.
