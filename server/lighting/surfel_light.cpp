@@ -85,12 +85,23 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
                      transport.met_m2[id];
         landed[id] += 1.0f;
     }
+    double near_lm = 0.0, shown_lm = 0.0, rays_near = 0.0;  // of what is near: as rays land, and as it is lit
+    std::vector<float> near(surfels.count, 0.0f);
     for (std::size_t i = 0; i < surfels.count; ++i) {
-        if (!(landed[i] > 0.0f || everywhere > 0.0f)) continue;
+        near[i] = near_share(surfels, i, luminaire);
         // A few rays say less than the centre, however near.
         const float enough = glm::smoothstep(4.0f, 16.0f, landed[i]);
-        out[i] = glm::mix(out[i], taken[i], std::max(everywhere, enough * near_share(surfels, i, luminaire)));
+        if (landed[i] > 0.0f || everywhere > 0.0f)
+            out[i] = glm::mix(out[i], taken[i], std::max(everywhere, enough * near[i]));
+        near_lm += static_cast<double>(near[i] * taken[i] * transport.met_m2[i]);
+        shown_lm += static_cast<double>(near[i] * out[i] * transport.met_m2[i]);
+        rays_near += static_cast<double>(near[i] * landed[i]);
     }
+    // All surfels near it together know the flux better than each of those that few rays meet.
+    if (!(shown_lm > 0.0)) return;
+    const float right_near = glm::mix(1.0f, glm::clamp(static_cast<float>(near_lm / shown_lm), 0.5f, 2.0f),
+                                      glm::smoothstep(16.0f, 64.0f, static_cast<float>(rays_near)));
+    for (std::size_t i = 0; i < surfels.count; ++i) out[i] *= glm::mix(1.0f, right_near, near[i]);
 }
 
 void direct_at_points(const Points& points, std::span<const glm::vec3> geometric, const trace::Geometry& geometry,

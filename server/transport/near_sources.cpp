@@ -9,7 +9,7 @@
 namespace gonio::transport {
 namespace {
 
-// Enough for six candidates in each disc of a quarter of the distance, where the surface faces the source.
+// Six candidates or so for each surfel that is wanted near a source, where the surface faces it.
 constexpr unsigned kMostRays = 2048;
 constexpr std::size_t kMostOfAll = 1u << 17;  // of all sources together
 

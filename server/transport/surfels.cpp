@@ -19,7 +19,7 @@ constexpr float kNear = 1.3f, kReach = 2.5f;  // radii within which surfels are 
 constexpr int kCandidates = 6;                // tried for each surfel that is wanted
 constexpr float kDartRadius = 0.74f;          // of the square root of a surfel's share of the area
 // Near a source they lie apart by this share of the distance to it, but no closer together than kClosest radii.
-constexpr float kNearShare = 0.25f, kClosest = 0.3f;
+constexpr float kNearShare = 0.18f, kClosest = 0.15f;
 constexpr double kMostNear = 0.05;  // of all surfels: what these are more
 constexpr int kPaths = 60'000, kPathLength = 8;
 
