@@ -49,8 +49,7 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
     const float reach_m =
         everywhere > 0.0f ? std::numeric_limits<float>::infinity() : (kNearRadii + 1.0f) * surfels.radius_m;
     struct End {
-        std::uint16_t surfel;
-        float covered = 1.0f;  // how often a ray that comes there ends there
+        std::uint16_t surfel;  // `count`: none
         float passed = 1.0f;   // what haze lets pass to there
     };
     std::vector<End> ends(rays.rays.size());
@@ -63,14 +62,8 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
         for (std::size_t i = 0; i < trace::kPacket; ++i) {
             End& end = ends[first + i];
             end.surfel = ids[i];
-            if (ids[i] == surfels.count) continue;
-            if (surface.geometry->transmissive())
-                end.covered = 1.0f - surface.geometry
-                                         ->transparency_at(static_cast<int>(hits.instance[i]),
-                                                           static_cast<int>(hits.triangle[i]), hits.u[i], hits.v[i])
-                                         .share;
-            const glm::vec3 at = fan.rays.at(static_cast<int>(i), hits.distance[i]);
-            if (luminaire.air) end.passed = transmittance(luminaire.air, light, at);
+            if (ids[i] != surfels.count && luminaire.air)
+                end.passed = transmittance(luminaire.air, light, fan.rays.at(static_cast<int>(i), hits.distance[i]));
         }
     });
     // In all the luminaire's flux, though few rays may meet the beam.
@@ -81,8 +74,7 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
     for (std::size_t i = 0; i < ends.size(); ++i) {
         const std::size_t id = ends[i].surfel;
         if (id == surfels.count || !(transport.met_m2[id] > 0.0f)) continue;
-        taken[id] += rays.rays[i].flux_lm_per_cd * right * luminaire.unit_m2 * ends[i].passed / ends[i].covered /
-                     transport.met_m2[id];
+        taken[id] += rays.rays[i].flux_lm_per_cd * right * luminaire.unit_m2 * ends[i].passed / transport.met_m2[id];
         landed[id] += 1.0f;
     }
     double near_lm = 0.0, shown_lm = 0.0, rays_near = 0.0;  // of what is near: as rays land, and as it is lit
@@ -97,8 +89,9 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
         shown_lm += static_cast<double>(near[i] * out[i] * transport.met_m2[i]);
         rays_near += static_cast<double>(near[i] * landed[i]);
     }
-    // All surfels near it together know the flux better than each of those that few rays meet.
-    if (!(shown_lm > 0.0)) return;
+    // All surfels near it together know the flux better than each of those that few rays meet. Where surfels face as
+    // normal maps say the flux is not the light that they show.
+    if (!(shown_lm > 0.0) || surfels.detailed) return;
     const float right_near = glm::mix(1.0f, glm::clamp(static_cast<float>(near_lm / shown_lm), 0.5f, 2.0f),
                                       glm::smoothstep(16.0f, 64.0f, static_cast<float>(rays_near)));
     for (std::size_t i = 0; i < surfels.count; ++i) out[i] *= glm::mix(1.0f, right_near, near[i]);

@@ -48,9 +48,9 @@ struct LinkEnds {
 inline constexpr float kExactRadii = 2.0f;
 
 // Centres of surfels miss what falls between them: a spot that is smaller than they lie apart, and the light of a
-// luminaire that is nearer to a surface. There the luminaire's rays count, each with its flux over the areas of the
-// surfels around its end: no flux is lost.
-// Result: whether there is such light.
+// luminaire that is nearer to a surface. There the luminaire's rays count. Each brings its flux to the surfel that
+// links find where it ends, over the area on which links meet that surfel; panes stop rays as often as links. Result:
+// whether there is such light.
 bool takes_flux(const transport::Surfels& surfels, const DirectLight& luminaire, const std::vector<float>& direct);
 // out: as of direct_at_surfels. rays: of the luminaire's profile. Render thread.
 void take_flux(const VplRays& rays, const transport::Transport& transport, const DirectLight& luminaire,

@@ -64,6 +64,13 @@ inline glm::vec3 cosine_hemisphere(glm::vec2 random) {
     return {r * std::cos(phi), r * std::sin(phi), std::sqrt(std::max(0.0f, 1.0f - random.x))};
 }
 
+// Result: a unit vector, evenly over the sphere. random: two numbers in [0, 1).
+inline glm::vec3 any_direction(glm::vec2 random) {
+    const float z = 1.0f - 2.0f * random.x, r = std::sqrt(std::max(0.0f, 1.0f - z * z)),
+                phi = 2.0f * std::numbers::pi_v<float> * random.y;
+    return {r * std::cos(phi), r * std::sin(phi), z};
+}
+
 // Result: v turned as +Z turns to the unit vector n (Duff et al. 2017).
 inline glm::vec3 around(const glm::vec3& n, const glm::vec3& v) {
     const float sign = std::copysign(1.0f, n.z), a = -1.0f / (sign + n.z), b = n.x * n.y * a;

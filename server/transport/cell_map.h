@@ -19,7 +19,8 @@ public:
     static constexpr std::size_t kLeastBytesPerTriangle = 16;
 
     // Result: the surfel nearest to barycentric (u, v) on the front or the back of a triangle that nothing hides
-    // from there; `surfels.count`: none. The same for every point of a cell, unless something stands in the cell.
+    // from there; `surfels.count`: none. The same for every point of a cell, unless something stands
+    // in the cell or surfels lie closer together there.
     std::uint16_t surfel_at(unsigned instance, unsigned triangle, float u, float v, bool front) const;
     // What shaders read in its place: ids by cell, `surfels.count` none. Cells that no ray has ended in yet take after
     // those next to them; of a side that no ray has ended on, the middle one is filled. A cell in which what is seen

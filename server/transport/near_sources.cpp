@@ -12,6 +12,7 @@ namespace {
 // Six candidates or so for each surfel that is wanted near a source, where the surface faces it.
 constexpr unsigned kMostRays = 2048;
 constexpr std::size_t kMostOfAll = 1u << 17;  // of all sources together
+constexpr std::ptrdiff_t kMostAtOnce = 16;    // sources that reach into one cell
 
 }  // namespace
 
@@ -34,6 +35,7 @@ NearSources::Near NearSources::at(const trace::SurfacePoint& point) const {
     Near near{reach_m_};
     const std::uint32_t cell = hash_of(cell_at(point.position, 2.0f * reach_m_));
     auto one = std::lower_bound(by_cell_.begin(), by_cell_.end(), std::pair(cell, 0u));
+    if (by_cell_.end() - one > kMostAtOnce && one[kMostAtOnce].first == cell) return near;
     for (std::uint32_t last = ~0u; one != by_cell_.end() && one->first == cell; ++one) {
         if (std::exchange(last, one->second) == one->second) continue;  // two of its cells have one hash
         const glm::vec3& source = sources_[one->second];
@@ -42,26 +44,25 @@ NearSources::Near NearSources::at(const trace::SurfacePoint& point) const {
         if (!(distance_m < reach_m_) || facing <= 0.0f) continue;
         const glm::vec3 from = point.position + point.geometric * (4.0f * geometry_.step_off(point.position));
         if (geometry_.occluded(from, source)) continue;
+        const float passed = geometry_.transmissive() ? trace::luminous(geometry_.transmittance(from, source)) : 1.0f;
         near.distance_m = std::min(near.distance_m, distance_m);
         const double d = static_cast<double>(distance_m);
-        near.rays_per_m2 += rays_ * static_cast<double>(facing) / (4.0 * std::numbers::pi * d * d * d);
+        near.rays_per_m2 += rays_ * static_cast<double>(passed * facing) / (4.0 * std::numbers::pi * d * d * d);
     }
     return near;
 }
 
-std::vector<NearSources::End> NearSources::rays(Pool& pool) const {
+std::vector<NearSources::End> NearSources::rays(Pool& pool, const std::function<bool()>& stopped) const {
     std::vector<std::vector<End>> found(sources_.size());
     pool.run(static_cast<int>(sources_.size()), [&](int source) {
         const auto stream = static_cast<std::uint32_t>(source);
         const glm::vec3& from = sources_[stream];
-        for (unsigned first = 0; first < rays_; first += trace::kPacket) {
+        for (unsigned first = 0; first < rays_ && !stopped(); first += trace::kPacket) {
             trace::RayPacket rays;
             for (unsigned i = 0; i < trace::kPacket; ++i) {
                 const glm::vec2 random = trace::scrambled_pair(first + i, trace::mix_bits(stream, 0x7f4a7c15u),
                                                                trace::mix_bits(stream, 0x1b873593u));
-                const float z = 1.0f - 2.0f * random.x, r = std::sqrt(std::max(0.0f, 1.0f - z * z)),
-                            phi = 2.0f * std::numbers::pi_v<float> * random.y;
-                rays.set(static_cast<int>(i), from, {r * std::cos(phi), r * std::sin(phi), z}, reach_m_);
+                rays.set(static_cast<int>(i), from, trace::any_direction(random), reach_m_);
             }
             trace::HitPacket hits;
             const unsigned met = geometry_.closest(rays, ~0u >> (32 - trace::kPacket), hits);

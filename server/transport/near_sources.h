@@ -1,8 +1,9 @@
-// Where surfels lie closer together: near the points that light comes from, because illuminance changes there over
-// distances that are as short as the way to them. In a lampshade or a housing nothing else is exact enough.
+// Where surfels lie closer together: near luminaires, because illuminance changes there over distances that are as
+// short as the way to them. In a lampshade or a housing nothing else is exact enough.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <glm/glm.hpp>
 #include <span>
 #include <utility>
@@ -13,7 +14,8 @@
 
 namespace gonio::transport {
 
-// Sources by place. Immutable; any thread.
+// Sources by place. Where more than 16 are near one place none counts: surfels close to all of them would be too many.
+// Immutable; any thread.
 class NearSources {
 public:
     // reach_m: what is further away from a source counts as not near it.
@@ -21,7 +23,7 @@ public:
 
     struct Near {
         float distance_m;          // to the nearest source in sight, reach_m at most
-        double rays_per_m2 = 0.0;  // of `rays` that end there: how densely they sample the surface
+        double rays_per_m2 = 0.0;  // of `rays` that come there: how densely they sample an opaque surface
     };
     Near at(const trace::SurfacePoint& point) const;
 
@@ -31,8 +33,9 @@ public:
         float u, v;
         bool front;
     };
-    // Result: the ends of rays that go evenly in all directions, of each source as many, no further than reach_m.
-    std::vector<End> rays(Pool& pool) const;
+    // Result: the ends of rays that go evenly in all directions, no further than reach_m. Each source has as many.
+    // stopped: asked now and then. When it is true, some are left out.
+    std::vector<End> rays(Pool& pool, const std::function<bool()>& stopped) const;
 
 private:
     const trace::Geometry& geometry_;

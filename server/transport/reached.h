@@ -16,8 +16,8 @@ std::uint32_t hash_of(const glm::ivec3& cell);
 // Result: how many buckets, 1024 at least, hold so many.
 std::uint32_t power_of_two(std::size_t least);
 
-// Whether a short ray between two points on surfaces is free, or a path so high above both: on a rounded surface rays
-// between its points pass below it. n, m: their normals.
+// Whether a short ray between two points on surfaces is free, or a path that is above_m above both. On a rounded
+// surface rays between its points pass below it. n, m: their normals.
 bool in_sight(const trace::Geometry& geometry, const glm::vec3& p, const glm::vec3& n, const glm::vec3& q,
               const glm::vec3& m, float above_m);
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -26,6 +25,7 @@ constexpr int kPaths = 60'000, kPathLength = 8;
 struct Candidate : trace::SurfacePoint {
     glm::vec3 albedo;
     glm::vec3 detailed;      // normal as the normal map has it
+    float covered = 1.0f;    // how often a ray that comes there ends there
     double area_m2 = 0.0;    // that it stands for
     float near_m = 0.0f;     // to the nearest source in sight
     float spacing_m = 0.0f;  // of surfels there
@@ -106,7 +106,7 @@ bool Surfels::sees(const trace::Geometry& geometry, const trace::SurfacePoint& f
 }
 
 std::uint16_t Surfels::visible_from(const trace::Geometry& geometry, const trace::SurfacePoint& from) const {
-    std::uint16_t found[8];
+    std::uint16_t found[2 * kNeighbours];  // near a luminaire many lie on the other side of a thin wall
     for (const float radii : {kNear, kReach}) {
         const std::size_t size = near(from, radii, found);
         for (std::size_t i = 0; i < size; ++i) {
@@ -118,7 +118,7 @@ std::uint16_t Surfels::visible_from(const trace::Geometry& geometry, const trace
 
 struct Placement {
     const trace::Geometry& geometry;
-    std::span<const glm::vec3> seeds;
+    std::span<const glm::vec3> seeds, sources;
     const SurfelSettings& settings;
     Pool& pool;
     const std::function<bool()>& stopped;
@@ -158,6 +158,7 @@ struct Placement {
         std::vector<Candidate> all = candidates(tried, 0x2545f491u, reached);
         if (stopped()) return {};
         crowd(all, all_m2 / static_cast<double>(tried), count, surfels.radius_m);
+        if (stopped()) return {};
         throw_darts(all, surfels);
         make_grid(surfels);
         collect(all, surfels);
@@ -222,10 +223,14 @@ struct Placement {
         if (step > 0)
             return rays.set(i, at.position + at.geometric * geometry.step_off(at.position),
                             trace::around(at.geometric, trace::cosine_hemisphere(random)));
-        const float z = 1.0f - 2.0f * random.x, r = std::sqrt(std::max(0.0f, 1.0f - z * z)),
-                    phi = 2.0f * std::numbers::pi_v<float> * random.y;
-        const glm::vec3 from = seeds[path % seeds.size()], d(r * std::cos(phi), r * std::sin(phi), z);
+        const glm::vec3 from = seeds[path % seeds.size()], d = trace::any_direction(random);
         rays.set(i, from + d * geometry.step_off(from), d);
+    }
+
+    Candidate candidate(const trace::SurfaceHit& hit, float u, float v) const {
+        const float passed =
+            geometry.transmissive() ? geometry.transparency_at(hit.instance, hit.triangle, u, v).share : 0.0f;
+        return {hit, hit.albedo, geometry.detailed_normal(hit, u, v), 1.0f - passed};
     }
 
     // Points drawn evenly over both sides of all triangles, one from each share of their area, those that light
@@ -250,8 +255,7 @@ struct Placement {
                 const float root = std::sqrt(where.x), u = root * (1.0f - where.y), v = root * where.y;
                 trace::SurfaceHit hit;
                 if (!geometry.surface_at(instance, triangle, u, v, which.y < 0.5f, hit)) continue;
-                if (reached.sees(geometry, hit.position, hit.geometric))
-                    to.push_back({hit, hit.albedo, geometry.detailed_normal(hit, u, v)});
+                if (reached.sees(geometry, hit.position, hit.geometric)) to.push_back(candidate(hit, u, v));
             }
         });
         std::vector<Candidate> all;
@@ -259,28 +263,31 @@ struct Placement {
         return all;
     }
 
-    // Adds candidates near the seeds, so that surfels can lie closer together there, and says how close.
+    // Adds candidates near the sources, so that surfels can lie closer together there, and says how close.
     void crowd(std::vector<Candidate>& all, double each_m2, double count, float radius_m) {
-        const NearSources sources(geometry, seeds, radius_m / kNearShare);
+        const float reach_m = radius_m / kNearShare;
+        const NearSources near_sources(geometry, sources, reach_m);
         const std::size_t evenly = all.size();
-        for (const NearSources::End& end : sources.rays(pool)) {
+        for (const NearSources::End& end : near_sources.rays(pool, stopped)) {
             trace::SurfaceHit hit;
             if (geometry.surface_at(end.instance, end.triangle, end.u, end.v, end.front, hit))
-                all.push_back({hit, hit.albedo, geometry.detailed_normal(hit, end.u, end.v)});
+                all.push_back(candidate(hit, end.u, end.v));
         }
         pool.run_chunks(all.size(), 1024, [&](std::size_t first, std::size_t size) {
+            if (stopped()) return;
             for (std::size_t i = first; i < first + size; ++i) {
-                const NearSources::Near near = sources.at(all[i]);
+                const NearSources::Near near = near_sources.at(all[i]);
+                const double rays_per_m2 = near.rays_per_m2 * static_cast<double>(all[i].covered);
                 all[i].near_m = near.distance_m;
                 // Points of both kinds are this dense together (Veach and Guibas 1995, balance heuristic).
-                all[i].area_m2 = 1.0 / (1.0 / each_m2 + near.rays_per_m2);
+                all[i].area_m2 = 1.0 / (1.0 / each_m2 + rays_per_m2);
                 // Rounding: a ray ends where its own source does not see the point.
-                if (i >= evenly && !(near.rays_per_m2 > 0.0)) all[i].area_m2 = 0.0;
+                if (i >= evenly && !(rays_per_m2 > 0.0)) all[i].area_m2 = 0.0;
             }
         });
         std::erase_if(all, [](const Candidate& one) { return !(one.area_m2 > 0.0); });
         const auto spacing = [&](const Candidate& one, float share) {
-            return glm::clamp(share * one.near_m, kClosest * radius_m, radius_m);
+            return one.near_m < reach_m ? glm::clamp(share * one.near_m, kClosest * radius_m, radius_m) : radius_m;
         };
         // Where that would be too many they are the closer to the sources.
         float share = kNearShare;
@@ -447,9 +454,9 @@ struct Placement {
     }
 };
 
-Surfels place_surfels(const trace::Geometry& geometry, std::span<const glm::vec3> seeds, const SurfelSettings& settings,
-                      Pool& pool, const std::function<bool()>& stopped) {
-    return Placement{geometry, seeds, settings, pool, stopped}.run();
+Surfels place_surfels(const trace::Geometry& geometry, std::span<const glm::vec3> seeds, std::size_t sources,
+                      const SurfelSettings& settings, Pool& pool, const std::function<bool()>& stopped) {
+    return Placement{geometry, seeds, seeds.first(sources), settings, pool, stopped}.run();
 }
 
 }  // namespace gonio::transport

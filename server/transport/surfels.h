@@ -1,4 +1,4 @@
-// Surfels: oriented discs spread evenly over all surfaces that light can reach, each side of a triangle on its own
+// Surfels: oriented discs spread over all surfaces that light can reach, each side of a triangle on its own
 // (Lehtinen et al. 2008, "A Meshless Hierarchical Representation for Light Transport"). Irradiance is solved at them.
 // Made once per scene; immutable, any thread. Coordinates are local (server/trace/geometry.h), m.
 #pragma once
@@ -21,8 +21,8 @@ inline constexpr std::size_t kPadding = 16;  // arrays that kernels read end on 
 
 struct Surfels {  // NOLINT(bugprone-reserved-identifier): in the copy that the compiler writes
     std::size_t count = 0;
-    float radius_m = 0.0f;                     // surfels of like normals are no nearer to each other, but near seeds
-    std::vector<float> spacing_m;              // how near to this one; radius_m away from seeds
+    float radius_m = 0.0f;                     // surfels of like normals are no nearer to each other, but near sources
+    std::vector<float> spacing_m;              // how near to this one; radius_m away from sources
     std::vector<float> points[6];              // x y z of the centre, x y z of the shading normal; padded
     std::vector<float> facing[3];              // mean of the normals around as normal maps have them, at most 1 long:
                                                // direct light falls on it, and links start about it; padded
@@ -64,9 +64,9 @@ struct SurfelSettings {
     bool operator==(const SurfelSettings&) const = default;
 };
 // seeds: points that light comes from or is looked at from, local. Walks from them decide which surfaces are reached.
-// Near them surfels lie closer together, because light changes there over short distances.
-// stopped: asked now and then; when true the result is empty.
-Surfels place_surfels(const trace::Geometry& geometry, std::span<const glm::vec3> seeds, const SurfelSettings& settings,
-                      Pool& pool, const std::function<bool()>& stopped);
+// sources: so many of the seeds, the first ones, are luminaires. Surfels lie closer together around them, because light
+// changes there over short distances. stopped: asked now and then. When it is true, the result is empty.
+Surfels place_surfels(const trace::Geometry& geometry, std::span<const glm::vec3> seeds, std::size_t sources,
+                      const SurfelSettings& settings, Pool& pool, const std::function<bool()>& stopped);
 
 }  // namespace gonio::transport

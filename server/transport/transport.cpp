@@ -64,7 +64,7 @@ void add_seeds(const trace::World& world, std::vector<glm::vec3>& seeds) {
 
 std::size_t Transport::bytes() const {
     const Surfels& s = surface->surfels;
-    std::size_t sum = surface->cells->bytes() + s.count * (10 * sizeof(float) + 3 * sizeof(glm::vec3) + sizeof(float) +
+    std::size_t sum = surface->cells->bytes() + s.count * (10 * sizeof(float) + 2 * sizeof(glm::vec3) + sizeof(float) +
                                                            sizeof(s.neighbours[0]) + 2 * sizeof(std::uint32_t));
     for (const auto& set : links.sets) sum += set->ids.size() * sizeof(std::uint16_t);
     for (const auto& set : links.reversed)
@@ -131,8 +131,9 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
     surface->number = ++surfaces;
     surface->geometry = geometry;
     surface->emitters = {geometry, {}, {}, trace::emitters_of(*geometry)};
+    const std::size_t sources = seeds.size();
     add_seeds(surface->emitters, seeds);
-    surface->surfels = place_surfels(*geometry, seeds, within_bytes(settings, *geometry, cells), *pool, ends);
+    surface->surfels = place_surfels(*geometry, seeds, sources, within_bytes(settings, *geometry, cells), *pool, ends);
     const Surfels& surfels = surface->surfels;
     if (stopped()) return;
     surface->cells = std::make_unique<const CellMap>(*geometry, surfels,

@@ -92,7 +92,7 @@ RayRates measure_rays(const std::string& name) {
     });
     const glm::vec3 seeds[] = {geometry.local(scene.camera.eye), geometry.local(scene.lights.at(0).position)};
     const auto go_on = [] { return false; };
-    const transport::Surfels surfels = transport::place_surfels(geometry, seeds, {}, pool, go_on);
+    const transport::Surfels surfels = transport::place_surfels(geometry, seeds, std::size(seeds), {}, pool, go_on);
     const transport::CellMap cells(geometry, surfels, transport::SurfelSettings{}.bytes / 4);  // the first run fills it
     rates.link_per_s = rate(static_cast<double>(surfels.count) * trace::kPacket,
                             [&] { transport::trace_links(geometry, surfels, cells, 0, trace::kPacket, pool, go_on); });

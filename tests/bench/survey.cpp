@@ -48,13 +48,6 @@ struct Row {
     double seconds = 0.0;
 };
 
-// Evenly over the sphere. random: two numbers in [0, 1).
-glm::vec3 any_direction(const glm::vec2& random) {
-    const float z = 1.0f - 2.0f * random.x, r = std::sqrt(std::max(0.0f, 1.0f - z * z)),
-                phi = 2.0f * std::numbers::pi_v<float> * random.y;
-    return {r * std::cos(phi), r * std::sin(phi), z};
-}
-
 // Where somebody would stand in a scene whose file has no camera: of some points in its bounds the one that most
 // surfaces are around, and the freest of those.
 glm::dvec3 inside(const SceneAsset& asset, const trace::Geometry& geometry) {
@@ -69,7 +62,8 @@ glm::dvec3 inside(const SceneAsset& asset, const trace::Geometry& geometry) {
         for (unsigned k = 0; k < kRays; ++k) {
             trace::Sample direction(i, k);
             trace::SurfaceHit hit;
-            if (!geometry.closest(geometry.local(at), any_direction(direction.next()), 0.0f, false, hit)) continue;
+            if (!geometry.closest(geometry.local(at), trace::any_direction(direction.next()), 0.0f, false, hit))
+                continue;
             met += 1.0 / kRays;
             nearest = std::min(nearest, static_cast<double>(hit.distance / geometry.extent()));
         }
@@ -84,7 +78,7 @@ std::vector<glm::dvec3> bulb_places(const glm::dvec3& eye, const trace::Geometry
     std::vector<glm::dvec3> places = {eye};
     for (std::uint32_t i = 0; places.size() < count; ++i) {
         trace::Sample sample(0x3c6ef372u, i);
-        const glm::vec3 from = geometry.local(places[i % places.size()]), along = any_direction(sample.next());
+        const glm::vec3 from = geometry.local(places[i % places.size()]), along = trace::any_direction(sample.next());
         trace::SurfaceHit hit;
         const bool met = geometry.closest(from, along, 0.0f, false, hit);
         if (!met && i < 64 * count) continue;  // in the end all may stand in one place
@@ -104,7 +98,7 @@ std::vector<Pick> pick_points(const Scene& scene, const trace::Geometry& geometr
     std::vector<Pick> picks;
     for (unsigned walk = 0; walk < kTries * count && picks.size() < count; ++walk) {
         trace::Sample sample(0x5bd1e995u, walk);
-        glm::vec3 from = seeds[walk % seeds.size()], along = any_direction(sample.next());
+        glm::vec3 from = seeds[walk % seeds.size()], along = trace::any_direction(sample.next());
         const unsigned steps = 1 + walk / static_cast<unsigned>(seeds.size()) % kMostSteps;
         trace::SurfaceHit hit;
         bool met = true;

@@ -248,7 +248,7 @@ TEST(Transport, SurfelsCrowdNearALuminaire) {
         const float from_m = glm::distance(s.position(i), made.light);
         EXPECT_LE(s.spacing_m[i], s.radius_m);
         if (s.spacing_m[i] < s.radius_m) ++crowded;
-        if (from_m > 4.0f * s.radius_m) {
+        if (from_m > 6.0f * s.radius_m) {
             EXPECT_EQ(s.spacing_m[i], s.radius_m);
         }
         // A disc of the luminaire's distance around its foot; evenly spaced surfels would be 0.03 / radius² in it.
@@ -268,8 +268,8 @@ TEST(Transport, ManyLuminairesCrowdLess) {
         many.push_back(geometry->local({0.25 + 0.5 * (i % 20), 2.95, 0.25 + 0.5 * static_cast<double>(i / 20)}));
     Pool pool;
     const auto go_on = [] { return false; };
-    const std::size_t without = place_surfels(*geometry, few, {}, pool, go_on).count,
-                      with = place_surfels(*geometry, many, {}, pool, go_on).count;
+    const std::size_t without = place_surfels(*geometry, few, few.size(), {}, pool, go_on).count,
+                      with = place_surfels(*geometry, many, many.size(), {}, pool, go_on).count;
     EXPECT_LT(static_cast<double>(with), 1.08 * static_cast<double>(without));
     EXPECT_GT(static_cast<double>(with), 1.01 * static_cast<double>(without));
 }

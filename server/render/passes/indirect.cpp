@@ -317,13 +317,15 @@ struct Point {
 
 constexpr float kFarRadii = lighting::kVplsAloneRadii;  // from there on a crowded surfel is as good as a point
 
-// Result: the crowded surfels far away that the point sees, and what of its cosine-weighted hemisphere each covers.
+// Result: the crowded surfels far away whose centres the point sees, and what of its cosine-weighted hemisphere each
+// covers. Of the others, links say it.
 std::vector<std::pair<std::uint16_t, float>> rays_to_crowded(const Point& point, const PassContext& context) {
     const Transport& transport = *context.transport;
     const transport::Surfels& surfels = transport.surface->surfels;
     std::vector<std::pair<std::uint16_t, float>> found;
     const auto take = [&](const std::pair<std::uint16_t, float>& one, const glm::vec3& passed) {
-        found.emplace_back(one.first, one.second * trace::luminous(passed));
+        if (const float share = trace::luminous(passed); share > 0.0f)
+            found.emplace_back(one.first, one.second * share);
     };
     trace::ShadowRays<std::pair<std::uint16_t, float>, decltype(take)> rays(context.traced, take);
     for (std::size_t i = 0; i < surfels.count; ++i) {
@@ -348,6 +350,8 @@ MeterLight& links_of(const Point& point, const PassContext& context, MeterLight&
     const transport::Surfels& surfels = surface.surfels;
     links.ids.resize(kMeterLinks);
     links.rays = rays_to_crowded(point, context);
+    std::vector<bool> by_ray(surfels.count + 1, false);
+    for (const auto& [id, form_factor] : links.rays) by_ray[id] = true;
     trace::HitPacket hits;
     for (unsigned k = 0; k < kMeterLinks; k += trace::kPacket) {
         const transport::Fan fan = transport::make_fan(point.start, point.n, point.n, transport::fan_directions(1, k));
@@ -356,10 +360,10 @@ MeterLight& links_of(const Point& point, const PassContext& context, MeterLight&
         for (int i = 0; i < trace::kPacket; ++i) {
             std::uint16_t& id = links.ids[k + static_cast<unsigned>(i)];
             if ((met >> i & 1u) == 0 || id == surfels.count) continue;
-            if (hits.distance[i] < kFarRadii * surfels.radius_m)
+            if (by_ray[id])
+                id = static_cast<std::uint16_t>(surfels.count);
+            else if (hits.distance[i] < kFarRadii * surfels.radius_m)
                 links.ends.add(fan, hits, i, id, k / kLinksPerPart);
-            else if (surfels.crowded(id))
-                id = static_cast<std::uint16_t>(surfels.count);  // a ray goes there
         }
     }
     return links;
