@@ -109,6 +109,8 @@ Discrepancy discrepancy_of(const FrameInputs& inputs, const std::shared_ptr<cons
         }
     }
     found.difference_lx = std::abs(found.difference_lx);
+    for (const glm::vec4& lux : kept.fine.light.indirect)
+        found.scene_lx += trace::luminance(glm::dvec3(lux)) / static_cast<double>(surfels.count);
     found.missing = met > 0.0 ? lost / met : 0.0;
     return found;
 }

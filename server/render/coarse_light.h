@@ -32,6 +32,7 @@ struct Discrepancy {
     bool known = false;               // false while the coarse transport is being made
     double difference_lx = 0.0;       // of the illuminances
     double mean_difference_lx = 0.0;  // mean absolute difference over the point's links
+    double scene_lx = 0.0;            // mean indirect illuminance of all surfels
     double missing = 0.0;             // share of links that meet a surface without a surfel
 };
 // inputs: of a meter whose passes have run. fine: the transport that they read, not null. seeds, settings: those that

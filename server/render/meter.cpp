@@ -85,6 +85,8 @@ void add_light(const FrameInputs& inputs, std::size_t i, const glm::dvec3& point
 double transport_variance(const Discrepancy& found, const FrameInputs& inputs, const ScreenLight& screen,
                           double indirect_lx) {
     constexpr double kLeast = 0.01, kUnknown = 0.05;  // of the light
+    // Of the scene's mean: some of what leaks into closed-off places is below what rays and cells can tell.
+    constexpr double kScene = 0.001;
     constexpr double kDifference = 0.75, kMeanDifference = 0.05;
     double unconverged = static_cast<double>(screen.light.summed_list.irradiance.solved.error);
     for (const LightGpu* gpu : inputs.lights)
@@ -92,9 +94,9 @@ double transport_variance(const Discrepancy& found, const FrameInputs& inputs, c
     if (inputs.transport != nullptr && !inputs.transport->emitted.direct.empty())
         unconverged = std::max(unconverged, static_cast<double>(inputs.transport->emitted.solved.error));
     double variance = 0.0;
-    for (const double off :
-         {(found.known ? kLeast : kUnknown) * indirect_lx, std::min(unconverged, 1.0) * indirect_lx,
-          found.missing * indirect_lx, kDifference * found.difference_lx, kMeanDifference * found.mean_difference_lx})
+    for (const double off : {(found.known ? kLeast : kUnknown) * indirect_lx, std::min(unconverged, 1.0) * indirect_lx,
+                             found.missing * indirect_lx, kScene * found.scene_lx, kDifference * found.difference_lx,
+                             kMeanDifference * found.mean_difference_lx})
         variance += off * off;
     return variance;
 }
