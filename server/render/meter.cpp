@@ -84,7 +84,7 @@ void add_light(const FrameInputs& inputs, std::size_t i, const glm::dvec3& point
 // The weights are fitted to the survey of docs/accuracy.md.
 double transport_variance(const Discrepancy& found, const FrameInputs& inputs, const ScreenLight& screen,
                           double indirect_lx) {
-    constexpr double kLeast = 0.01, kUnknown = 0.05;  // of the light
+    constexpr double kLeast = 0.0075, kUnknown = 0.05;  // of the light
     // Of the scene's mean: some of what leaks into closed-off places is below what rays and cells can tell.
     constexpr double kScene = 0.001;
     constexpr double kDifference = 0.75, kMeanDifference = 0.05;

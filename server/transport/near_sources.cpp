@@ -62,7 +62,9 @@ std::vector<NearSources::End> NearSources::rays(Pool& pool, const std::function<
             for (unsigned i = 0; i < trace::kPacket; ++i) {
                 const glm::vec2 random = trace::scrambled_pair(first + i, trace::mix_bits(stream, 0x7f4a7c15u),
                                                                trace::mix_bits(stream, 0x1b873593u));
-                rays.set(static_cast<int>(i), from, trace::any_direction(random), reach_m_);
+                // Off the surface that it may be mounted on.
+                const glm::vec3 along = trace::any_direction(random);
+                rays.set(static_cast<int>(i), from + along * geometry_.step_off(from), along, reach_m_);
             }
             trace::HitPacket hits;
             const unsigned met = geometry_.closest(rays, ~0u >> (32 - trace::kPacket), hits);

@@ -259,6 +259,18 @@ TEST(Transport, SurfelsCrowdNearALuminaire) {
     EXPECT_LT(crowded, s.count / 10);
 }
 
+// A luminaire that is mounted on the ceiling: all surfels together are as large as the room's surfaces.
+TEST(Transport, AreasNearALuminaireOnASurface) {
+    const Made made(room({1.0, 1.0, 1.0}, 0.5f, {0.5, 1.0, 0.5}), kFew);
+    double all_m2 = 0.0, met_m2 = 0.0;
+    for (std::size_t i = 0; i < made.surfels().count; ++i) {
+        all_m2 += static_cast<double>(made.surfels().area_m2[i]);
+        met_m2 += static_cast<double>(made.transport->met_m2[i]);
+    }
+    EXPECT_NEAR(all_m2, 6.0, 0.02 * 6.0);
+    EXPECT_NEAR(met_m2, 6.0, 0.02 * 6.0);
+}
+
 // However many luminaires there are, those near them are some 5 % more at most.
 TEST(Transport, ManyLuminairesCrowdLess) {
     const Scene scene = room({10.0, 3.0, 10.0}, 0.5f, {5.0, 1.5, 5.0});
