@@ -82,7 +82,7 @@ export class Store extends EventTarget {
         return override ? override.value : fromServer;
     }
 
-    // Whether the server has answered to all that was changed here.
+    // Whether the server has answered every change that was made here.
     get answered() { return this.#overrides.size === 0; }
 
     hold(key, value) {

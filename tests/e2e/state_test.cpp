@@ -319,7 +319,7 @@ protected:
         more.insert(more.begin(), {"--size", "160x160"});
         daemon = std::make_unique<DaemonProcess>(more);
     }
-    // What would hold it up never ends; a busy machine may take seconds.
+    // The tests hang something for ever, so a goniod that waits for it exceeds any bound. A busy machine takes seconds.
     static constexpr double kLong_s = 10.0;
     void expect_prompt_end() {
         const auto began = Clock::now();

@@ -27,8 +27,8 @@ export async function drag(page, from, by, during = async () => {}) {
     await page.mouse.up();
 }
 
-// A value that has become another than `before` and has come to rest: the page has no command under way, which a busy
-// server may be long to answer.
+// A value that differs from `before` and has come to rest: two readings agree, and the server has answered all commands
+// of the page.
 export async function changed(page, what, before, read) {
     let last = before;
     return until(what, async () => {
