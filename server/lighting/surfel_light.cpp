@@ -45,7 +45,7 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
     const glm::vec3& light = luminaire.position;
     const transport::Surfels& surfels = surface.surfels;
     const float everywhere = spot_share(surfels, out);
-    // Else what ends further away counts for no surfel.
+    // Without a spot only near surfels take flux. Cells end within a radius of their surfel's centre.
     const float reach_m =
         everywhere > 0.0f ? std::numeric_limits<float>::infinity() : (kNearRadii + 1.0f) * surfels.radius_m;
     struct End {
@@ -70,11 +70,11 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
     double all = 0.0;
     for (const VplRays::Ray& ray : rays.rays) all += static_cast<double>(ray.flux_lm_per_cd);
     const float right = all > 0.0 ? static_cast<float>(rays.profile->flux_lm / rays.profile->peak_cd / all) : 0.0f;
-    std::vector<float> taken(surfels.count, 0.0f), landed(surfels.count, 0.0f);
+    std::vector<float> flux(surfels.count, 0.0f), landed(surfels.count, 0.0f);
     for (std::size_t i = 0; i < ends.size(); ++i) {
         const std::size_t id = ends[i].surfel;
         if (id == surfels.count || !(transport.met_m2[id] > 0.0f)) continue;
-        taken[id] += rays.rays[i].flux_lm_per_cd * right * luminaire.unit_m2 * ends[i].passed / transport.met_m2[id];
+        flux[id] += rays.rays[i].flux_lm_per_cd * right * luminaire.unit_m2 * ends[i].passed;
         landed[id] += 1.0f;
     }
     double near_lm = 0.0, shown_lm = 0.0, rays_near = 0.0;  // of what is near: as rays land, and as it is lit
@@ -83,14 +83,15 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
         near[i] = near_share(surfels, i, luminaire);
         // A few rays say less than the centre, however near.
         const float enough = glm::smoothstep(4.0f, 16.0f, landed[i]);
+        const float taken = landed[i] > 0.0f ? flux[i] / transport.met_m2[i] : 0.0f;
         if (landed[i] > 0.0f || everywhere > 0.0f)
-            out[i] = glm::mix(out[i], taken[i], std::max(everywhere, enough * near[i]));
-        near_lm += static_cast<double>(near[i] * taken[i] * transport.met_m2[i]);
+            out[i] = glm::mix(out[i], taken, std::max(everywhere, enough * near[i]));
+        near_lm += static_cast<double>(near[i] * flux[i]);
         shown_lm += static_cast<double>(near[i] * out[i] * transport.met_m2[i]);
         rays_near += static_cast<double>(near[i] * landed[i]);
     }
-    // All surfels near it together know the flux better than each of those that few rays meet. Where surfels face as
-    // normal maps say the flux is not the light that they show.
+    // Few rays meet each surfel near the luminaire, but all of them together tell the flux there. It says nothing where
+    // normal maps turn surfels: their light is then less than the flux on them.
     if (!(shown_lm > 0.0) || surfels.detailed) return;
     const float right_near = glm::mix(1.0f, glm::clamp(static_cast<float>(near_lm / shown_lm), 0.5f, 2.0f),
                                       glm::smoothstep(16.0f, 64.0f, static_cast<float>(rays_near)));

@@ -59,6 +59,9 @@ void light_up(const FrameInputs& inputs, std::span<const glm::vec3> per_unit,
     } while (plain.light.resumes);
     transport::radiosity(surfels, 1.0f - plain.light.narrow, plain.light.direct, plain.light.indirect, plain.sent,
                          context.pool);
+    plain.mean_lx = 0.0;
+    for (const glm::vec4& lux : plain.light.indirect)
+        plain.mean_lx += trace::luminance(glm::dvec3(lux)) / static_cast<double>(surfels.count);
 }
 
 }  // namespace
@@ -109,8 +112,7 @@ Discrepancy discrepancy_of(const FrameInputs& inputs, const std::shared_ptr<cons
         }
     }
     found.difference_lx = std::abs(found.difference_lx);
-    for (const glm::vec4& lux : kept.fine.light.indirect)
-        found.scene_lx += trace::luminance(glm::dvec3(lux)) / static_cast<double>(surfels.count);
+    found.scene_lx = kept.fine.mean_lx;
     found.missing = met > 0.0 ? lost / met : 0.0;
     return found;
 }

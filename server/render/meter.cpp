@@ -85,7 +85,7 @@ void add_light(const FrameInputs& inputs, std::size_t i, const glm::dvec3& point
 double transport_variance(const Discrepancy& found, const FrameInputs& inputs, const ScreenLight& screen,
                           double indirect_lx) {
     constexpr double kLeast = 0.0075, kUnknown = 0.05;  // of the light
-    // Of the scene's mean: some of what leaks into closed-off places is below what rays and cells can tell.
+    // A share of the scene's mean. Rays and cells are rounded, so a little light leaks into places that are closed off.
     constexpr double kScene = 0.001;
     constexpr double kDifference = 0.75, kMeanDifference = 0.05;
     double unconverged = static_cast<double>(screen.light.summed_list.irradiance.solved.error);

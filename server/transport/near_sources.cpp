@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "server/trace/sampler.h"
-#include "server/transport/reached.h"
+#include "server/transport/space_hash.h"
 
 namespace gonio::transport {
 namespace {
@@ -62,7 +62,7 @@ std::vector<NearSources::End> NearSources::rays(Pool& pool, const std::function<
             for (unsigned i = 0; i < trace::kPacket; ++i) {
                 const glm::vec2 random = trace::scrambled_pair(first + i, trace::mix_bits(stream, 0x7f4a7c15u),
                                                                trace::mix_bits(stream, 0x1b873593u));
-                // Off the surface that it may be mounted on.
+                // A luminaire may be mounted on a surface: its rays must not end there.
                 const glm::vec3 along = trace::any_direction(random);
                 rays.set(static_cast<int>(i), from + along * geometry_.step_off(from), along, reach_m_);
             }

@@ -1,22 +1,6 @@
 #include "server/transport/reached.h"
 
-#include <algorithm>
-#include <bit>
-
-#include "server/trace/sampler.h"
-
 namespace gonio::transport {
-
-std::uint32_t hash_of(const glm::ivec3& cell) {
-    return trace::mix_bits(trace::mix_bits(static_cast<std::uint32_t>(cell.x), static_cast<std::uint32_t>(cell.y)),
-                           static_cast<std::uint32_t>(cell.z));
-}
-glm::ivec3 cell_at(const glm::vec3& p, float side_m) {
-    return glm::ivec3(glm::floor(p / side_m));
-}
-std::uint32_t power_of_two(std::size_t least) {
-    return std::max(1024u, std::bit_ceil(static_cast<std::uint32_t>(least)));
-}
 
 bool in_sight(const trace::Geometry& geometry, const glm::vec3& p, const glm::vec3& n, const glm::vec3& q,
               const glm::vec3& m, float above_m) {

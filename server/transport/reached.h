@@ -7,14 +7,9 @@
 #include <vector>
 
 #include "server/trace/geometry.h"
+#include "server/transport/space_hash.h"
 
 namespace gonio::transport {
-
-// Cells of space, side_m wide, and a hash of one.
-glm::ivec3 cell_at(const glm::vec3& p, float side_m);
-std::uint32_t hash_of(const glm::ivec3& cell);
-// Result: how many buckets, 1024 at least, hold so many.
-std::uint32_t power_of_two(std::size_t least);
 
 // Whether a short ray between two points on surfaces is free, or a path that is above_m above both. On a rounded
 // surface rays between its points pass below it. n, m: their normals.

@@ -8,6 +8,7 @@
 #include "server/trace/sampler.h"
 #include "server/transport/near_sources.h"
 #include "server/transport/reached.h"
+#include "server/transport/space_hash.h"
 #include "server/transport/table.h"
 
 namespace gonio::transport {
@@ -19,7 +20,7 @@ constexpr int kCandidates = 6;                // tried for each surfel that is w
 constexpr float kDartRadius = 0.74f;          // of the square root of a surfel's share of the area
 // Near a source they lie apart by this share of the distance to it, but no closer together than kClosest radii.
 constexpr float kNearShare = 0.18f, kClosest = 0.15f;
-constexpr double kMostNear = 0.05;  // of all surfels: what these are more
+constexpr double kMostNear = 0.05;  // surfels that crowding adds at most, of all
 constexpr int kPaths = 60'000, kPathLength = 8;
 
 struct Candidate : trace::SurfacePoint {
@@ -289,7 +290,7 @@ struct Placement {
         const auto spacing = [&](const Candidate& one, float share) {
             return one.near_m < reach_m ? glm::clamp(share * one.near_m, kClosest * radius_m, radius_m) : radius_m;
         };
-        // Where that would be too many they are the closer to the sources.
+        // If that makes too many surfels, they crowd less, until their number is in bounds.
         float share = kNearShare;
         const auto more = [&] {
             double sum = 0.0;
@@ -401,8 +402,8 @@ struct Placement {
                 nearest[i] = found[0];
             }
         });
-        // By area: where surfels crowd each candidate stands for less. A surfel counts as a little of itself, for want
-        // of others.
+        // Means are weighted by area, because candidates near sources stand for less of it. A surfel that is nearest to
+        // no candidate keeps its own values.
         const float itself_m2 = 1e-6f * s.radius_m * s.radius_m;
         std::vector<float> members_m2(s.count, itself_m2);
         for (std::size_t i = 0; i < s.count; ++i) {

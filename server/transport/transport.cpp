@@ -141,6 +141,7 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
     Irradiance emitted;
     if (!surface->emitters.emitters.empty()) emitted.direct = lit_by_emitters(surfels, surface->emitters, *pool, ends);
     Links links;
+    std::vector<float> met_m2;
     unsigned first = 0, published = 0;
     const auto trace_to = [&](unsigned last) {
         auto set = trace_links(*geometry, surfels, *surface->cells, first, last - first, *pool, ends);
@@ -159,8 +160,9 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
             emitted.narrow = 0.0f;  // nothing is drawn from where it shines
             std::shared_ptr<const CellMap::Table> table;
             if (cells) table = std::make_shared<const CellMap::Table>(surface->cells->table(*pool));
-            newest_.store(std::make_shared<const Transport>(
-                Transport{surface, links, met_areas_m2(links, surfels), emitted, spent.count(), table}));
+            if (links.reversed.empty()) met_m2 = met_areas_m2(links, surfels);  // later links add nothing to it
+            newest_.store(
+                std::make_shared<const Transport>(Transport{surface, links, met_m2, emitted, spent.count(), table}));
         }
         made_ = first;
         made_.notify_all();

@@ -317,8 +317,8 @@ struct Point {
 
 constexpr float kFarRadii = lighting::kVplsAloneRadii;  // from there on a crowded surfel is as good as a point
 
-// Result: the crowded surfels far away whose centres the point sees, and what of its cosine-weighted hemisphere each
-// covers. Of the others, links say it.
+// Result: the crowded surfels far away whose centres the point sees, each with the share of the point's cosine-weighted
+// hemisphere that it covers. Links find all other surfels.
 std::vector<std::pair<std::uint16_t, float>> rays_to_crowded(const Point& point, const PassContext& context) {
     const Transport& transport = *context.transport;
     const transport::Surfels& surfels = transport.surface->surfels;
