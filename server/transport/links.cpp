@@ -89,22 +89,24 @@ ReverseLinks reverse(const LinkSet& set, std::size_t surfels) {
 std::vector<float> met_areas_m2(const Links& links, const Surfels& surfels) {
     // Surfels::area_m2 counts like so many links: its variance is that of 16 links or so.
     constexpr float kOwn = 16.0f;
-    std::vector<double> come_m2(surfels.count + 1, 0.0);  // areas from which links come
-    std::vector<float> own(surfels.count, 0.0f);          // links that meet a surfel
-    float each = 0.0f;
+    if (links.sets.empty()) return surfels.area_m2;
+    std::vector<float> own(surfels.count, 0.0f);  // links that meet a surfel
     for (const auto& set : links.sets) {
-        each += static_cast<float>(set->count);
-        for (std::size_t i = 0; i < surfels.count; ++i) {
-            for (std::size_t k = i * set->count; k < (i + 1) * set->count; ++k) {
-                come_m2[set->ids[k]] += static_cast<double>(surfels.area_m2[i]);
-                own[i] += set->ids[k] != surfels.count ? 1.0f : 0.0f;
-            }
-        }
+        for (std::size_t k = 0; k < set->ids.size(); ++k)
+            own[k / set->count] += set->ids[k] != surfels.count ? 1.0f : 0.0f;
     }
+    // The first time the areas that links start from are as rough as Surfels::area_m2, the second time no more.
     std::vector<float> areas_m2(surfels.area_m2);
-    // come / each = area × own / each
-    for (std::size_t j = 0; j < surfels.count && each > 0.0f; ++j)
-        areas_m2[j] = (kOwn * areas_m2[j] + static_cast<float>(come_m2[j])) / (kOwn + own[j]);
+    for (int times = 0; times < 2; ++times) {
+        std::vector<double> come_m2(surfels.count + 1, 0.0);  // areas from which links come
+        for (const auto& set : links.sets) {
+            for (std::size_t k = 0; k < set->ids.size(); ++k)
+                come_m2[set->ids[k]] += static_cast<double>(areas_m2[k / set->count]);
+        }
+        // come / each = area × own / each
+        for (std::size_t j = 0; j < surfels.count; ++j)
+            areas_m2[j] = (kOwn * surfels.area_m2[j] + static_cast<float>(come_m2[j])) / (kOwn + own[j]);
+    }
     return areas_m2;
 }
 

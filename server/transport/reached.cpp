@@ -1,5 +1,8 @@
 #include "server/transport/reached.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace gonio::transport {
 
 bool in_sight(const trace::Geometry& geometry, const glm::vec3& p, const glm::vec3& n, const glm::vec3& q,
@@ -10,14 +13,22 @@ bool in_sight(const trace::Geometry& geometry, const glm::vec3& p, const glm::ve
     return !geometry.occluded(from, high) && !geometry.occluded(high, high_other) && !geometry.occluded(high_other, to);
 }
 
-bool Reached::add(const glm::vec3& p, const glm::vec3& normal) {
+bool Reached::add(const trace::Geometry& geometry, const glm::vec3& p, const glm::vec3& normal) {
     std::uint32_t& bucket = buckets_[bucket_of(p, normal)];
     if (bucket == 0) {
         some_.emplace_back();
         bucket = static_cast<std::uint32_t>(some_.size());
     }
     Some& some = some_[bucket - 1];
-    if (some.count == kSome) return false;
+    if (some.count == kMost) return false;
+    if (some.count >= kFew) {
+        // Few points in the plane of another one are hidden from it; asking takes rays.
+        const auto level = [&](const auto& other) {
+            return std::abs(glm::dot(p - other.first, other.second)) < 0.02f * side_m_;
+        };
+        if (std::any_of(some.points, some.points + some.count, level) && ++some.met % 8 != 0) return false;
+        if (sees(geometry, p, normal)) return false;
+    }
     some.points[some.count++] = {p, normal};
     return true;
 }

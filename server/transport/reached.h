@@ -21,16 +21,17 @@ bool in_sight(const trace::Geometry& geometry, const glm::vec3& p, const glm::ve
 class Reached {
 public:
     Reached(float side_m, std::size_t cells) : side_m_(side_m), buckets_(power_of_two(64 * cells), 0) {}
-    // Returns whether there were few points there before.
-    bool add(const glm::vec3& p, const glm::vec3& normal);
+    // Returns whether the point is kept: there were few before, or none of them sees it. A housing's own points must
+    // not be all that a cell has: its outside faces the same ways.
+    bool add(const trace::Geometry& geometry, const glm::vec3& p, const glm::vec3& normal);
     // Whether one of them is in sight: else it is on the other side of a wall.
     bool sees(const trace::Geometry& geometry, const glm::vec3& p, const glm::vec3& normal) const;
 
 private:
-    static constexpr int kSome = 6;
+    static constexpr int kFew = 6, kMost = 10;
     struct Some {
-        int count = 0;
-        std::pair<glm::vec3, glm::vec3> points[kSome];
+        int count = 0, met = 0;
+        std::pair<glm::vec3, glm::vec3> points[kMost];
     };
     std::size_t bucket_of(const glm::vec3& p, const glm::vec3& n) const;
     float side_m_;

@@ -1,6 +1,7 @@
 #include "server/transport/surfels.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -19,7 +20,7 @@ constexpr float kNear = 1.3f, kReach = 2.5f;  // radii within which surfels are 
 constexpr int kCandidates = 6;                // tried for each surfel that is wanted
 constexpr float kDartRadius = 0.74f;          // of the square root of a surfel's share of the area
 // Near a source they lie apart by this share of the distance to it, but no closer together than kClosest radii.
-constexpr float kNearShare = 0.18f, kClosest = 0.15f;
+constexpr float kNearShare = 0.18f, kClosest = 0.08f;
 constexpr double kMostNear = 0.05;  // surfels that crowding adds at most, of all
 constexpr int kPaths = 60'000, kPathLength = 8;
 
@@ -206,7 +207,7 @@ struct Placement {
             for (Walkers& walkers : all) {
                 unsigned found = 0;
                 for (const Met& one : walkers.met) {
-                    if (reached.add(one.position, one.normal)) found |= 1u << one.walker;
+                    if (reached.add(geometry, one.position, one.normal)) found |= 1u << one.walker;
                     met_triangles.push_back(one.triangle);
                 }
                 walkers.active &= found;
@@ -234,6 +235,34 @@ struct Placement {
         return {hit, hit.albedo, geometry.detailed_normal(hit, u, v), 1.0f - passed};
     }
 
+    // A point that is drawn, and where on its triangle it is.
+    struct Drawn {
+        trace::SurfaceHit hit;
+        float u, v;
+    };
+    // Result: bits of the first `count` points at which a ray meets the point's own triangle. Where faces of two things
+    // coincide, as under a wall that stands on a floor, it meets one of them, and their area must not count twice.
+    unsigned meets(const std::array<Drawn, trace::kPacket>& drawn, unsigned count) const {
+        if (count == 0) return 0;
+        trace::RayPacket rays;
+        for (unsigned k = 0; k < count; ++k) {
+            const trace::SurfaceHit& hit = drawn[k].hit;
+            const float above_m = geometry.step_off(hit.position);
+            rays.set(static_cast<int>(k), hit.position + hit.geometric * above_m, -hit.geometric, 2.0f * above_m);
+        }
+        trace::HitPacket hits;
+        const unsigned active = ~0u >> (32 - count);
+        unsigned others = geometry.closest(rays, active, hits);
+        for (unsigned k = 0; k < count; ++k) {
+            const auto instance = static_cast<int>(hits.instance[k]), triangle = static_cast<int>(hits.triangle[k]);
+            if ((others >> k & 1u) == 0) continue;
+            const bool own = instance == drawn[k].hit.instance && triangle == drawn[k].hit.triangle;
+            if (own || geometry.transparency_at(instance, triangle, hits.u[k], hits.v[k]).share > 0.0f)
+                others &= ~(1u << k);
+        }
+        return active & ~others;
+    }
+
     // Points drawn evenly over both sides of all triangles, one from each share of their area, those that light
     // reaches. Two pairs of numbers for each, independent of each other.
     std::vector<Candidate> candidates(std::size_t count, std::uint32_t seed, const Reached& reached) {
@@ -243,6 +272,15 @@ struct Placement {
         pool.run_chunks(count, kChunk, [&](std::size_t first, std::size_t size) {
             if (stopped()) return;
             std::vector<Candidate>& to = found[first / kChunk];
+            std::array<Drawn, trace::kPacket> drawn;
+            unsigned waiting = 0;
+            const auto keep = [&] {
+                const unsigned met = meets(drawn, waiting);
+                for (unsigned k = 0; k < waiting; ++k) {
+                    if ((met >> k & 1u) != 0) to.push_back(candidate(drawn[k].hit, drawn[k].u, drawn[k].v));
+                }
+                waiting = 0;
+            };
             auto above =
                 std::upper_bound(areas.running.begin() + 1, areas.running.end() - 1, area * static_cast<double>(first));
             for (std::size_t i = first; i < first + size; ++i) {
@@ -256,8 +294,11 @@ struct Placement {
                 const float root = std::sqrt(where.x), u = root * (1.0f - where.y), v = root * where.y;
                 trace::SurfaceHit hit;
                 if (!geometry.surface_at(instance, triangle, u, v, which.y < 0.5f, hit)) continue;
-                if (reached.sees(geometry, hit.position, hit.geometric)) to.push_back(candidate(hit, u, v));
+                if (!reached.sees(geometry, hit.position, hit.geometric)) continue;
+                drawn[waiting++] = {hit, u, v};
+                if (waiting == drawn.size()) keep();
             }
+            keep();
         });
         std::vector<Candidate> all;
         for (const auto& some : found) all.insert(all.end(), some.begin(), some.end());
@@ -442,15 +483,22 @@ struct Placement {
                 }
             }
         });
-        // A few candidates say little of one surfel's area; those around are of like size.
+        // A few candidates say little of one surfel's area. Those around are as large in relation to their spacing, and
+        // all of them together have what they had.
         std::vector<float> areas_m2(s.count);
+        double before_m2 = 0.0, after_m2 = 0.0;
         for (std::size_t i = 0; i < s.count; ++i) {
+            const auto squared = [&](std::size_t j) { return s.spacing_m[j] * s.spacing_m[j]; };
             float weights[kNeighbours];
             weigh(s, s.neighbours[i].data(), s.position(i), s.normal(i), weights);
             for (std::size_t k = 0; k < kNeighbours; ++k) {
-                if (s.neighbours[i][k] != s.count) areas_m2[i] += weights[k] * s.area_m2[s.neighbours[i][k]];
+                const std::size_t j = s.neighbours[i][k];
+                if (j != s.count) areas_m2[i] += weights[k] * squared(i) * (s.area_m2[j] / squared(j));
             }
+            before_m2 += static_cast<double>(s.area_m2[i]), after_m2 += static_cast<double>(areas_m2[i]);
         }
+        if (after_m2 > 0.0)
+            for (float& area_m2 : areas_m2) area_m2 *= static_cast<float>(before_m2 / after_m2);
         s.area_m2 = std::move(areas_m2);
     }
 };

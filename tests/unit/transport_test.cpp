@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -269,6 +270,56 @@ TEST(Transport, AreasNearALuminaireOnASurface) {
     }
     EXPECT_NEAR(all_m2, 6.0, 0.02 * 6.0);
     EXPECT_NEAR(met_m2, 6.0, 0.02 * 6.0);
+}
+
+// Surfels of all sizes in a shallow box around a luminaire: together they are as large as the box.
+TEST(Transport, AreasWhereSurfelsChangeSize) {
+    const Made made(room({0.4, 0.1, 0.3}, 0.5f, {0.2, 0.05, 0.15}), {.least = 200, .most = 200});
+    double all_m2 = 0.0;
+    for (const float area_m2 : made.surfels().area_m2) all_m2 += static_cast<double>(area_m2);
+    EXPECT_NEAR(all_m2, 0.38, 0.03 * 0.38);
+}
+
+// A carpet that lies exactly on the floor: light meets either of the two, and their area counts once.
+TEST(Transport, FacesThatCoincideCountOnce) {
+    std::vector<test::Placed> pieces = test::box({0, 0, 0}, {1, 1, 1}, 0.5, true);
+    test::Placed carpet;
+    carpet.mesh = quad({0.05, 0, 0.95}, {0.95, 0, 0.95}, {0.95, 0, 0.05}, {0.05, 0, 0.05});
+    pieces.push_back(carpet);
+    for (test::Placed& piece : pieces) piece.material = test::matte(0.5);
+    const Made made(test::scene_of_pieces(std::move(pieces), {test::light_seed(test::isotropic(1.0), {0.5, 0.6, 0.5})}),
+                    kFew);
+    double all_m2 = 0.0;
+    for (const float area_m2 : made.surfels().area_m2) all_m2 += static_cast<double>(area_m2);
+    EXPECT_NEAR(all_m2, 6.0, 0.02 * 6.0);
+}
+
+// A flat housing of sheet metal, open by a slit: most of the light stays inside, where a sheet faces as the outside of
+// the opposite one does. Both sides of all sheets have surfels.
+TEST(Transport, TheOutsideOfAHousingHasSurfels) {
+    const glm::dvec3 low(2.0, 1.5, 2.0), high(2.4, 1.6, 2.3);
+    std::vector<test::Placed> pieces = test::box({0, 0, 0}, {6, 3, 6}, 0.5, true);
+    for (test::Placed& face : test::box(low, high, 0.5, false)) {
+        const bool bottom = std::all_of(face.mesh.vertices.begin(), face.mesh.vertices.end(),
+                                        [&](const Vertex& v) { return std::abs(v.position.y - 1.5f) < 1e-3f; });
+        if (!bottom) pieces.push_back(std::move(face));
+    }
+    for (const auto& [from, to] : {std::pair(2.0, 2.19), std::pair(2.21, 2.4)}) {
+        test::Placed half;
+        half.mesh = quad({from, 1.5, 2.0}, {to, 1.5, 2.0}, {to, 1.5, 2.3}, {from, 1.5, 2.3});
+        pieces.push_back(half);
+    }
+    for (test::Placed& piece : pieces) piece.material = test::matte(0.5);
+    const Made made(
+        test::scene_of_pieces(std::move(pieces), {test::light_seed(test::isotropic(1.0), {2.2, 1.55, 2.15})}));
+    double outside_m2 = 0.0;
+    for (std::size_t i = 0; i < made.surfels().count; ++i) {
+        const glm::dvec3 p = glm::dvec3(made.surfels().position(i)) + made.geometry->origin(),
+                         n(made.surfels().geometric[i]), middle = 0.5 * (low + high);
+        const bool housing = glm::all(glm::lessThan(glm::abs(p - middle), 0.5 * (high - low) + 1e-3));
+        if (housing && glm::dot(n, p - middle) > 0.0) outside_m2 += static_cast<double>(made.surfels().area_m2[i]);
+    }
+    EXPECT_NEAR(outside_m2, 0.38 - 0.006, 0.1 * 0.38);
 }
 
 // However many luminaires there are, those near them are some 5 % more at most.
