@@ -95,7 +95,8 @@ Discrepancy discrepancy_of(const FrameInputs& inputs, const std::shared_ptr<cons
     const transport::Surfels& surfels = fine->surface->surfels;
     trace::HitPacket hits;
     std::uint16_t ids[trace::kPacket], coarse_ids[trace::kPacket];
-    double met = 0.0, lost = 0.0;
+    double met = 0.0, lost = 0.0, taken = 0.0;
+    const Haze haze = inputs.context().haze;
     for (unsigned k = 0; k < kComparedLinks; k += trace::kPacket) {
         const transport::Fan fan = transport::make_fan(from, n, n, transport::fan_directions(1, k));
         const unsigned bits = transport::follow(fan, inputs.traced, surfels, *fine->surface->cells, hits, ids);
@@ -104,6 +105,8 @@ Discrepancy discrepancy_of(const FrameInputs& inputs, const std::shared_ptr<cons
             if ((bits >> i & 1u) == 0) continue;
             met += 1.0;
             if (ids[i] == surfels.count) lost += 1.0;
+            if (haze)
+                taken += 1.0 - transmittance(haze, glm::dvec3(from), glm::dvec3(fan.rays.at(i, hits.distance[i])));
             if (ids[i] == surfels.count || coarse_ids[i] == coarse->surface->surfels.count) continue;
             const auto luminance_of = [](const glm::vec4& v) { return trace::luminance(glm::dvec3(v)); };
             const double off = luminance_of(kept.coarse.sent[coarse_ids[i]]) - luminance_of(kept.fine.sent[ids[i]]);
@@ -114,6 +117,7 @@ Discrepancy discrepancy_of(const FrameInputs& inputs, const std::shared_ptr<cons
     found.difference_lx = std::abs(found.difference_lx);
     found.scene_lx = kept.fine.mean_lx;
     found.missing = met > 0.0 ? lost / met : 0.0;
+    found.dimmed = met > 0.0 ? taken / met : 0.0;
     return found;
 }
 

@@ -88,6 +88,9 @@ double transport_variance(const Discrepancy& found, const FrameInputs& inputs, c
     // A share of the scene's mean. Rays and cells are rounded, so a little light leaks into places that are closed off.
     constexpr double kScene = 0.001;
     constexpr double kDifference = 0.75, kMeanDifference = 0.05;
+    // Left out in haze: what it scatters twice, and what it absorbs between surfaces.
+    constexpr double kTwice = 0.3;
+    const double albedo = inputs.scene.haze.albedo, left_out = found.dimmed * (kTwice * albedo + 1.0 - albedo);
     double unconverged = static_cast<double>(screen.light.summed_list.irradiance.solved.error);
     for (const LightGpu* gpu : inputs.lights)
         unconverged = std::max(unconverged, static_cast<double>(gpu->irradiance.solved.error));
@@ -95,8 +98,8 @@ double transport_variance(const Discrepancy& found, const FrameInputs& inputs, c
         unconverged = std::max(unconverged, static_cast<double>(inputs.transport->emitted.solved.error));
     double variance = 0.0;
     for (const double off : {(found.known ? kLeast : kUnknown) * indirect_lx, std::min(unconverged, 1.0) * indirect_lx,
-                             found.missing * indirect_lx, kScene * found.scene_lx, kDifference * found.difference_lx,
-                             kMeanDifference * found.mean_difference_lx})
+                             found.missing * indirect_lx, left_out * indirect_lx, kScene * found.scene_lx,
+                             kDifference * found.difference_lx, kMeanDifference * found.mean_difference_lx})
         variance += off * off;
     return variance;
 }

@@ -315,29 +315,30 @@ struct Point {
           start(p + n * (4.0f * context.traced.step_off(p))) {}
 };
 
-constexpr float kFarRadii = lighting::kVplsAloneRadii;  // from there on a crowded surfel is as good as a point
-
-// Result: the crowded surfels far away whose centres the point sees, each with the share of the point's cosine-weighted
-// hemisphere that it covers. Links find all other surfels.
-std::vector<std::pair<std::uint16_t, float>> rays_to_crowded(const Point& point, const PassContext& context) {
+// Result: rays to the centres of crowded surfels that the point sees and that are so far away, for their size, that
+// they are as good as points. The form factor is the share of the point's cosine-weighted hemisphere that one covers.
+// Links find all other surfels.
+std::vector<MeterLight::Ray> rays_to_crowded(const Point& point, const PassContext& context) {
+    constexpr float kFar = 8.0f;  // in spacings
     const Transport& transport = *context.transport;
     const transport::Surfels& surfels = transport.surface->surfels;
-    std::vector<std::pair<std::uint16_t, float>> found;
-    const auto take = [&](const std::pair<std::uint16_t, float>& one, const glm::vec3& passed) {
-        if (const float share = trace::luminous(passed); share > 0.0f)
-            found.emplace_back(one.first, one.second * share);
+    std::vector<MeterLight::Ray> found;
+    const auto take = [&](MeterLight::Ray ray, const glm::vec3& passed) {
+        ray.form_factor *= trace::luminous(passed);
+        if (ray.form_factor > 0.0f) found.push_back(ray);
     };
-    trace::ShadowRays<std::pair<std::uint16_t, float>, decltype(take)> rays(context.traced, take);
+    trace::ShadowRays<MeterLight::Ray, decltype(take)> rays(context.traced, take);
     for (std::size_t i = 0; i < surfels.count; ++i) {
         if (!surfels.crowded(i)) continue;
         const glm::vec3 along = surfels.position(i) - point.p;
         const float length_m = glm::length(along), facing = glm::dot(along, point.n),
                     turned = -glm::dot(along, surfels.geometric[i]);
-        if (length_m < kFarRadii * surfels.radius_m || facing <= 0.0f || turned <= 0.0f) continue;
+        if (length_m < kFar * surfels.spacing_m[i] || facing <= 0.0f || turned <= 0.0f) continue;
         const glm::vec3 off = surfels.geometric[i] * (4.0f * context.traced.step_off(surfels.position(i)));
+        const float form_factor =
+            transport.met_m2[i] * facing * turned / (std::numbers::pi_v<float> * std::pow(length_m, 4.0f));
         rays.add(point.start, surfels.position(i) + off - point.start, 1.0f,
-                 {static_cast<std::uint16_t>(i),
-                  transport.met_m2[i] * facing * turned / (std::numbers::pi_v<float> * std::pow(length_m, 4.0f))});
+                 {static_cast<std::uint16_t>(i), form_factor, length_m});
     }
     rays.send();
     return found;
@@ -351,7 +352,7 @@ MeterLight& links_of(const Point& point, const PassContext& context, MeterLight&
     links.ids.resize(kMeterLinks);
     links.rays = rays_to_crowded(point, context);
     std::vector<bool> by_ray(surfels.count + 1, false);
-    for (const auto& [id, form_factor] : links.rays) by_ray[id] = true;
+    for (const MeterLight::Ray& ray : links.rays) by_ray[ray.surfel] = true;
     trace::HitPacket hits;
     for (unsigned k = 0; k < kMeterLinks; k += trace::kPacket) {
         const transport::Fan fan = transport::make_fan(point.start, point.n, point.n, transport::fan_directions(1, k));
@@ -362,7 +363,7 @@ MeterLight& links_of(const Point& point, const PassContext& context, MeterLight&
             if ((met >> i & 1u) == 0 || id == surfels.count) continue;
             if (by_ray[id])
                 id = static_cast<std::uint16_t>(surfels.count);
-            else if (hits.distance[i] < kFarRadii * surfels.radius_m)
+            else if (hits.distance[i] < lighting::kVplsAloneRadii * surfels.radius_m)
                 links.ends.add(fan, hits, i, id, k / kLinksPerPart);
         }
     }
@@ -373,22 +374,26 @@ void set_mean(PointLight& light) {
     for (const glm::dvec3& part : light.parts) light.light += part / static_cast<double>(kMeterParts);
 }
 
-// light: at the surfels, × unit; its direct part × share. Result: the parts of what comes after bounces.
+// light: at the surfels, × unit; its direct part × share, because VPLs have the rest. Result: the parts of what comes
+// after bounces.
 PointLight bounced_at(const Point& point, const PassContext& context, const transport::Irradiance& light, float share,
                       double unit, MeterLight& meter) {
     const transport::Surfels& surfels = context.transport->surface->surfels;
     const std::vector<std::uint16_t>& ids = links_of(point, context, meter).ids;
     PointLight found;
-    const auto sent = [&](std::uint16_t id) {
-        glm::vec4 sum = light.direct[id] * share;
+    const auto sent = [&](std::uint16_t id, float direct) {
+        glm::vec4 sum = light.direct[id] * direct;
         if (context.bounces != 1) sum += light.indirect[id];
         return glm::dvec3(surfels.albedo[id] * glm::vec3(sum)) * unit;
     };
     for (unsigned k = 0; k < kMeterLinks; ++k)
         if (ids[k] != surfels.count)
-            found.parts[k / kLinksPerPart] += sent(ids[k]) / static_cast<double>(kLinksPerPart);
+            found.parts[k / kLinksPerPart] += sent(ids[k], share) / static_cast<double>(kLinksPerPart);
     glm::dvec3 by_rays(0.0);
-    for (const auto& [id, form_factor] : meter.rays) by_rays += sent(id) * static_cast<double>(form_factor);
+    for (const MeterLight::Ray& ray : meter.rays) {
+        const float by_vpls = (1.0f - share) * lighting::vpl_share(ray.length_m, surfels.radius_m);
+        by_rays += sent(ray.surfel, 1.0f - by_vpls) * static_cast<double>(ray.form_factor);
+    }
     for (glm::dvec3& part : found.parts) part += by_rays;
     return found;
 }

@@ -112,12 +112,18 @@ struct EdgesOnGpu {
 
 // Of a meter's passes: direct, and after bounces.
 struct MeterLight {
+    // To a crowded surfel, which few links meet.
+    struct Ray {
+        std::uint16_t surfel;
+        float form_factor;
+        float length_m;
+    };
     std::vector<glm::dvec3> direct;             // per candela of peak, rgb, 1/m², by layer
     std::vector<PointLight> layers;             // after bounces, per candela of peak, by layer
     std::array<PointLight, 2> emitted, summed;  // lux
     std::vector<std::uint16_t> ids;             // of its links, the same for all light
     lighting::LinkEnds ends;
-    std::vector<std::pair<std::uint16_t, float>> rays;  // to crowded surfels, which few links meet: their form factors
+    std::vector<Ray> rays;
 };
 
 // Of the passes of haze, along the rays of the view or at its probes. Units: as of the light that is scattered.
