@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Part of the hash of kept references: raise it when the same scene gets other points or other values.
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr double kBulbCd = 100.0;  // of the bulb in a scene without light
 
 // One point, and what both qualities read there.
@@ -117,7 +117,9 @@ std::vector<Pick> pick_points(const Scene& scene, const trace::Geometry& geometr
 
 // What the path tracer reads at the picks, in rounds until each is sure enough or time is up.
 void measure_reference(const Scene& scene, std::vector<Pick>& picks, double seconds) {
-    constexpr double kSure = 0.008, kOwn = 0.02;  // standard errors: of the scene's mean, or of the point's own value
+    // Standard errors: of the scene's mean and of the point's own value, or of the latter alone. Where light comes by
+    // few paths, the first rounds miss it and their error is small for that reason.
+    constexpr double kSure = 0.008, kRoughly = 0.1, kOwn = 0.02;
     const auto began = std::chrono::steady_clock::now();
     const auto world = trace::make_world(scene);
     trace::Settings settings;
@@ -133,8 +135,9 @@ void measure_reference(const Scene& scene, std::vector<Pick>& picks, double seco
         std::vector<trace::MeterPoint> points;
         std::vector<std::size_t> which;
         for (std::size_t i = 0; i < picks.size(); ++i) {
-            const double rounds = std::max(sums[i].rounds, 1.0), error = std::sqrt(sums[i].variance) / rounds;
-            if (sums[i].rounds > 0.0 && error <= std::max(kSure * mean, kOwn * sums[i].light / rounds)) continue;
+            const double rounds = std::max(sums[i].rounds, 1.0), own = sums[i].light / rounds,
+                         error = std::sqrt(sums[i].variance) / rounds;
+            if (sums[i].rounds > 0.0 && error <= std::max(std::min(kSure * mean, kRoughly * own), kOwn * own)) continue;
             points.push_back(picks[i].at), which.push_back(i);
         }
         if (points.empty()) break;
