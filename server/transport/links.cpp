@@ -92,7 +92,7 @@ std::vector<float> met_areas_m2(const Links& links, const Surfels& surfels) {
     if (links.sets.empty()) return surfels.area_m2;
     std::vector<float> own(surfels.count, 0.0f);  // links that meet a surfel
     for (const auto& set : links.sets) {
-        for (std::size_t k = 0; k < set->ids.size(); ++k)
+        for (std::size_t k = 0; k < surfels.count * set->count; ++k)
             own[k / set->count] += set->ids[k] != surfels.count ? 1.0f : 0.0f;
     }
     // The first time the areas that links start from are as rough as Surfels::area_m2, the second time no more.
@@ -100,7 +100,7 @@ std::vector<float> met_areas_m2(const Links& links, const Surfels& surfels) {
     for (int times = 0; times < 2; ++times) {
         std::vector<double> come_m2(surfels.count + 1, 0.0);  // areas from which links come
         for (const auto& set : links.sets) {
-            for (std::size_t k = 0; k < set->ids.size(); ++k)
+            for (std::size_t k = 0; k < surfels.count * set->count; ++k)
                 come_m2[set->ids[k]] += static_cast<double>(areas_m2[k / set->count]);
         }
         // come / each = area × own / each

@@ -322,6 +322,14 @@ TEST(Transport, TheOutsideOfAHousingHasSurfels) {
     EXPECT_NEAR(outside_m2, 0.38 - 0.006, 0.1 * 0.38);
 }
 
+// Nothing that light reaches: no surfels, and nothing is read of them.
+TEST(Transport, NoSurfels) {
+    const Made made(test::scene_with({{quad({-1, 0, -1}, {1, 0, -1}, {1, 0, 1}, {-1, 0, 1}), glm::vec3(0.5f)}},
+                                     test::isotropic(1.0), {0, 0, 5}));
+    EXPECT_EQ(made.surfels().count, 0u);
+    EXPECT_TRUE(made.transport->met_m2.empty());
+}
+
 // However many luminaires there are, those near them are some 5 % more at most.
 TEST(Transport, ManyLuminairesCrowdLess) {
     const Scene scene = room({10.0, 3.0, 10.0}, 0.5f, {5.0, 1.5, 5.0});
