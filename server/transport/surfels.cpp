@@ -437,11 +437,8 @@ struct Placement {
         std::vector<std::uint16_t> nearest(all.size());
         pool.run_chunks(all.size(), 1024, [&](std::size_t first, std::size_t count) {
             if (stopped()) return;
-            for (std::size_t i = first; i < first + count; ++i) {
-                std::uint16_t found[1] = {static_cast<std::uint16_t>(s.count)};
-                if (s.near(all[i], kNear, found) == 0) s.near(all[i], kReach, found);
-                nearest[i] = found[0];
-            }
+            // In sight: small surfels in front of a sheet are nearer to its points than the sheet's own.
+            for (std::size_t i = first; i < first + count; ++i) nearest[i] = s.visible_from(geometry, all[i]);
         });
         // Means are weighted by area, because candidates near sources stand for less of it. A surfel that is nearest to
         // no candidate keeps its own values.
