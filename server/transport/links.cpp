@@ -90,19 +90,20 @@ std::vector<float> met_areas_m2(const Links& links, const Surfels& surfels) {
     // Surfels::area_m2 counts like so many links: its variance is that of 16 links or so.
     constexpr float kOwn = 16.0f;
     if (links.sets.empty()) return surfels.area_m2;
+    const auto each_link = [&](const auto& take) {  // from, to
+        for (const auto& set : links.sets) {
+            const std::uint16_t* to = set->ids.data();
+            for (std::size_t i = 0; i < surfels.count; ++i)
+                for (unsigned k = 0; k < set->count; ++k) take(i, std::size_t{*to++});
+        }
+    };
     std::vector<float> own(surfels.count, 0.0f);  // links that meet a surfel
-    for (const auto& set : links.sets) {
-        for (std::size_t k = 0; k < surfels.count * set->count; ++k)
-            own[k / set->count] += set->ids[k] != surfels.count ? 1.0f : 0.0f;
-    }
+    each_link([&](std::size_t i, std::size_t j) { own[i] += j != surfels.count ? 1.0f : 0.0f; });
     // The first time the areas that links start from are as rough as Surfels::area_m2, the second time no more.
     std::vector<float> areas_m2(surfels.area_m2);
     for (int times = 0; times < 2; ++times) {
         std::vector<double> come_m2(surfels.count + 1, 0.0);  // areas from which links come
-        for (const auto& set : links.sets) {
-            for (std::size_t k = 0; k < surfels.count * set->count; ++k)
-                come_m2[set->ids[k]] += static_cast<double>(areas_m2[k / set->count]);
-        }
+        each_link([&](std::size_t i, std::size_t j) { come_m2[j] += static_cast<double>(areas_m2[i]); });
         // come / each = area × own / each
         for (std::size_t j = 0; j < surfels.count; ++j)
             areas_m2[j] = (kOwn * surfels.area_m2[j] + static_cast<float>(come_m2[j])) / (kOwn + own[j]);

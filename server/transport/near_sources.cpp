@@ -9,8 +9,8 @@
 namespace gonio::transport {
 namespace {
 
-// Some fifty candidates for each surfel that is wanted near a source, where the surface faces it. They say how large
-// the surfels are, and the light of a housing is as exact as that.
+// Some fifty candidates for each surfel that is wanted near a source, where the surface faces it; six from 64 sources
+// on. They say how large the surfels are, and the light of a housing is as exact as that.
 constexpr unsigned kMostRays = 16'384;
 constexpr std::size_t kMostOfAll = 1u << 17;  // of all sources together
 constexpr std::ptrdiff_t kMostAtOnce = 16;    // sources that reach into one cell

@@ -240,7 +240,7 @@ struct Placement {
         trace::SurfaceHit hit;
         float u, v;
     };
-    // Result: bits of the first `count` points at which a ray meets the point's own triangle. Where faces of two things
+    // Result: bits of the first `count` points at which a ray meets no other opaque triangle. Where faces of two things
     // coincide, as under a wall that stands on a floor, it meets one of them, and their area must not count twice.
     unsigned meets(const std::array<Drawn, trace::kPacket>& drawn, unsigned count) const {
         if (count == 0) return 0;
@@ -251,16 +251,17 @@ struct Placement {
             rays.set(static_cast<int>(k), hit.position + hit.geometric * above_m, -hit.geometric, 2.0f * above_m);
         }
         trace::HitPacket hits;
-        const unsigned active = ~0u >> (32 - count);
-        unsigned others = geometry.closest(rays, active, hits);
+        const unsigned all = ~0u >> (32 - count), any = geometry.closest(rays, all, hits);
+        unsigned own = all;
         for (unsigned k = 0; k < count; ++k) {
+            if ((any >> k & 1u) == 0) continue;
             const auto instance = static_cast<int>(hits.instance[k]), triangle = static_cast<int>(hits.triangle[k]);
-            if ((others >> k & 1u) == 0) continue;
-            const bool own = instance == drawn[k].hit.instance && triangle == drawn[k].hit.triangle;
-            if (own || geometry.transparency_at(instance, triangle, hits.u[k], hits.v[k]).share > 0.0f)
-                others &= ~(1u << k);
+            const bool other = instance != drawn[k].hit.instance || triangle != drawn[k].hit.triangle;
+            // What is under a pane has light too.
+            if (other && !(geometry.transparency_at(instance, triangle, hits.u[k], hits.v[k]).share > 0.0f))
+                own &= ~(1u << k);
         }
-        return active & ~others;
+        return own;
     }
 
     // Points drawn evenly over both sides of all triangles, one from each share of their area, those that light
