@@ -115,14 +115,14 @@ def candidates(lines):
                     yield path, number, kind, line, new
 
 
-def inputs_by_program():
-    """{test program: its test sources}, of those that link everything they test."""
+def tests_by_program():
+    """{test program: the texts of its test sources}, of those that link everything they test."""
     programs = {}
     for program in ("unit_tests", "conformance_tests", "gl_tests", "bench_tests", "e2e_tests"):
         out = subprocess.run(["ninja", "-C", str(BUILD), "-t", "inputs", f"bin/{program}"], capture_output=True,
                              text=True).stdout
-        sources = {pathlib.Path(line.strip()) for line in out.splitlines()}
-        programs[program] = {(ROOT / "build/release" / s).resolve() for s in sources if s.suffix == ".cpp"}
+        sources = {(BUILD / line.strip()).resolve() for line in out.splitlines() if line.endswith(".cpp")}
+        programs[program] = [source.read_text() for source in sources if ROOT / "tests" in source.parents]
     return programs
 
 
@@ -132,17 +132,11 @@ def stages(path, programs):
     result, done = [], set()
     for wanted in (re.escape(f'"{header}"'), re.escape(f'"{folder}/') + r'\w+\.h"'):
         best, best_suites, best_count = None, set(), 0
-        for program, sources in programs.items():
-            suites, count = set(), 0
-            for source in sources:
-                if "/tests/" not in str(source):
-                    continue
-                text = source.read_text()
-                if re.search("#include " + wanted, text):
-                    suites.update(SUITE.findall(text))
-                    count += 1
-            if count > best_count:
-                best, best_suites, best_count = program, suites, count
+        for program, texts in programs.items():
+            found = [text for text in texts if re.search("#include " + wanted, text)]
+            if len(found) > best_count:
+                best, best_count = program, len(found)
+                best_suites = {suite for text in found for suite in SUITE.findall(text)}
         fresh = {(best, suite) for suite in best_suites} - done
         if fresh:
             result.append((best, sorted(suite for _, suite in fresh)))
@@ -150,9 +144,9 @@ def stages(path, programs):
     return result or [("unit_tests", ["*"])]
 
 
-def verdict(path, programs):
-    """'caught', 'SURVIVED', or '' where it does not compile."""
-    for program, suites in stages(path, programs):
+def verdict(runs):
+    """'caught', 'SURVIVED', or '' where it does not compile. runs: of stages()."""
+    for program, suites in runs:
         try:
             built = subprocess.run(["ninja", "-C", str(BUILD), program], capture_output=True, timeout=BUILD_LIMIT_S)
         except subprocess.TimeoutExpired:
@@ -190,30 +184,28 @@ def main():
         sys.exit("mutate: there is no line to change")
     random.Random(options.seed).shuffle(drawn)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
-    programs, built, tried, survivors = inputs_by_program(), set(), 0, []
+    programs, built, tried, survivors = tests_by_program(), set(), 0, 0
     for path, number, kind, old, new in drawn:
         if tried == options.count:
             break
-        file, kept = ROOT / path, KEPT / path
+        file, kept, runs = ROOT / path, KEPT / path, stages(path, programs)
+        built.update(program for program, _ in runs)
         kept.parent.mkdir(parents=True, exist_ok=True)
         kept.write_bytes(file.read_bytes())
         try:
             lines = file.read_text().splitlines(keepends=True)
             lines[number - 1] = new + "\n"
             file.write_text("".join(lines))
-            found = verdict(path, programs)
-            built.update(program for program, _ in stages(path, programs))
+            found = verdict(runs)
         finally:
             restore()
         if not found:
             continue
         tried += 1
-        text = f"{found:8} {path}:{number}: {kind}\n    - {old.strip()}\n    + {new.strip()}"
-        print(text, flush=True)
-        if found == "SURVIVED":
-            survivors.append(text)
+        survivors += found == "SURVIVED"
+        print(f"{found:8} {path}:{number}: {kind}\n    - {old.strip()}\n    + {new.strip()}", flush=True)
     subprocess.run(["ninja", "-C", str(BUILD), *sorted(built)], capture_output=True)  # as the source is again
-    print(f"{tried} mistakes, {len(survivors)} of them unnoticed")
+    print(f"{tried} mistakes, {survivors} of them unnoticed")
 
 
 if __name__ == "__main__":
