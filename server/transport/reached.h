@@ -21,9 +21,9 @@ bool in_sight(const trace::Geometry& geometry, const glm::vec3& p, const glm::ve
 class Reached {
 public:
     Reached(float side_m, std::size_t cells) : side_m_(side_m), buckets_(power_of_two(64 * cells), 0) {}
-    // Returns whether the point is kept: there were few before; or there is room and none of them sees it, because a
-    // housing's own points must not be all that a cell has. Of points in the plane of a kept one, one in eight is
-    // asked.
+    // Returns whether the point is kept. The first few of a cell are. Later ones are kept while there is room and where
+    // no kept one sees them, so that the points inside a housing do not stand for its outside as well. Of the later
+    // points that lie in the plane of a kept one, one in eight is tested.
     bool add(const trace::Geometry& geometry, const glm::vec3& p, const glm::vec3& normal);
     // Whether one of them is in sight: else it is on the other side of a wall.
     bool sees(const trace::Geometry& geometry, const glm::vec3& p, const glm::vec3& normal) const;
