@@ -16,25 +16,25 @@ float spot_share(const transport::Surfels& surfels, const std::vector<float>& di
 }
 
 constexpr float kNearRadii = 4.0f;
-// Distance from a surfel to a luminaire, or to the nearest of some points of its opening, in radii; not exact where it
-// is beyond kNearRadii.
-float radii_from(const transport::Surfels& surfels, std::size_t i, const DirectLight& luminaire) {
+// Distance from a surfel to a luminaire, or to the nearest of some points of its opening, m; not exact where it is
+// beyond kNearRadii.
+float distance_m(const transport::Surfels& surfels, std::size_t i, const DirectLight& luminaire) {
     const glm::vec3 from = surfels.position(i) - luminaire.position;
     float least_m = glm::length(from);
     if (luminaire.parts && least_m < luminaire.parts->radius_m + kNearRadii * surfels.radius_m)
         for (const glm::vec3& point : luminaire.parts->few) least_m = std::min(least_m, glm::distance(from, point));
-    return least_m / surfels.radius_m;
+    return least_m;
 }
-// 1: the luminaire is nearer to the surfel than others are.
-float near_share(const transport::Surfels& surfels, std::size_t i, const DirectLight& luminaire) {
-    return 1.0f - glm::smoothstep(2.0f, kNearRadii, radii_from(surfels, i, luminaire));
+// 1: the distance is less than that between surfels so far apart, 0: it is kNearRadii times as much.
+float near_share(float distance_m, float spacing_m) {
+    return 1.0f - glm::smoothstep(2.0f, kNearRadii, distance_m / spacing_m);
 }
 
 }  // namespace
 
 bool takes_flux(const transport::Surfels& surfels, const DirectLight& luminaire, const std::vector<float>& direct) {
     for (std::size_t i = 0; i < surfels.count; ++i) {
-        if (radii_from(surfels, i, luminaire) < kNearRadii) return true;
+        if (distance_m(surfels, i, luminaire) < kNearRadii * surfels.radius_m) return true;
     }
     return spot_share(surfels, direct) > 0.0f;
 }
@@ -80,12 +80,12 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
     double near_lm = 0.0, shown_lm = 0.0, rays_near = 0.0;  // of what is near: as rays land, and as it is lit
     std::vector<float> near(surfels.count, 0.0f);
     for (std::size_t i = 0; i < surfels.count; ++i) {
-        near[i] = near_share(surfels, i, luminaire);
-        // A few rays say less than the centre, however near.
-        const float enough = glm::smoothstep(4.0f, 16.0f, landed[i]);
+        const float from_m = distance_m(surfels, i, luminaire);
+        near[i] = near_share(from_m, surfels.radius_m);
+        // A few rays say less than the centre, however near; and so do all rays where surfels are small for the way.
+        const float instead = glm::smoothstep(4.0f, 16.0f, landed[i]) * near_share(from_m, surfels.spacing_m[i]);
         const float taken = landed[i] > 0.0f ? flux[i] / transport.met_m2[i] : 0.0f;
-        if (landed[i] > 0.0f || everywhere > 0.0f)
-            out[i] = glm::mix(out[i], taken, std::max(everywhere, enough * near[i]));
+        if (landed[i] > 0.0f || everywhere > 0.0f) out[i] = glm::mix(out[i], taken, std::max(everywhere, instead));
         near_lm += static_cast<double>(near[i] * flux[i]);
         shown_lm += static_cast<double>(near[i] * out[i] * transport.met_m2[i]);
         rays_near += static_cast<double>(near[i] * landed[i]);
@@ -94,7 +94,7 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
     // normal maps turn surfels: their light is then less than the flux on them.
     if (!(shown_lm > 0.0) || surfels.detailed) return;
     const float right_near = glm::mix(1.0f, glm::clamp(static_cast<float>(near_lm / shown_lm), 0.5f, 2.0f),
-                                      glm::smoothstep(16.0f, 64.0f, static_cast<float>(rays_near)));
+                                      glm::smoothstep(64.0f, 256.0f, static_cast<float>(rays_near)));
     for (std::size_t i = 0; i < surfels.count; ++i) out[i] *= glm::mix(1.0f, right_near, near[i]);
 }
 

@@ -5,6 +5,7 @@
 
 #include "server/scene/apply.h"
 #include "server/trace/sources.h"
+#include "server/transport/crowded.h"
 
 namespace gonio {
 namespace {
@@ -14,6 +15,7 @@ using transport::Transport;
 constexpr std::size_t kFewer = 4;          // surfels of the finer transport for one of the coarser
 constexpr unsigned kCoarseLinks = 256;     // of a surfel
 constexpr unsigned kComparedLinks = 2048;  // of the point
+constexpr float kSky_m = 1e5f;             // how far haze reaches along links that meet nothing
 
 transport::SurfelSettings coarser(transport::SurfelSettings settings) {
     settings.spacing_m *= std::sqrt(static_cast<double>(kFewer));
@@ -64,13 +66,81 @@ void light_up(const FrameInputs& inputs, std::span<const glm::vec3> per_unit,
         plain.mean_lx += trace::luminance(glm::dvec3(lux)) / static_cast<double>(surfels.count);
 }
 
+// How many surfaces light meets on the mean before it is absorbed, or leaves: `met` of it meets a further one.
+double mean_legs(const transport::Surfels& surfels, double met) {
+    double area_m2 = 0.0, going_on_m2 = 0.0;
+    for (std::size_t i = 0; i < surfels.count; ++i) {
+        const double m2 = static_cast<double>(surfels.area_m2[i]);
+        area_m2 += m2;
+        going_on_m2 += m2 * met * trace::luminance(glm::dvec3(surfels.albedo[i]));
+    }
+    return area_m2 > going_on_m2 ? area_m2 / (area_m2 - going_on_m2) : 1.0;
+}
+
+// The ends of a point's links at the finer surfels, and what those alone tell.
+struct PointLinks {
+    std::vector<transport::Fan> fans;
+    std::vector<std::uint16_t> ids;  // kComparedLinks; the number of surfels: none
+};
+PointLinks links_of(const FrameInputs& inputs, const Transport& fine, const transport::Stand& at, Discrepancy& found) {
+    const transport::Surfels& surfels = fine.surface->surfels;
+    PointLinks links;
+    links.ids.resize(kComparedLinks);
+    trace::HitPacket hits;
+    double met = 0.0, taken = 0.0, sends = 0.0, lost = 0.0;  // sends, lost: albedos
+    const Haze haze = inputs.context().haze;
+    for (unsigned k = 0; k < kComparedLinks; k += trace::kPacket) {
+        const transport::Fan& fan =
+            links.fans.emplace_back(transport::make_fan(at.start, at.n, at.n, transport::fan_directions(1, k)));
+        std::uint16_t* ids = links.ids.data() + k;
+        const unsigned bits = transport::follow(fan, inputs.traced, surfels, *fine.surface->cells, hits, ids);
+        for (int i = 0; i < trace::kPacket; ++i) {
+            const bool meets = (bits >> i & 1u) != 0;
+            const glm::vec3 end = fan.rays.at(i, meets ? hits.distance[i] : kSky_m);
+            if (haze) taken += 1.0 - transmittance(haze, glm::dvec3(at.start), glm::dvec3(end));
+            if (!meets) continue;
+            met += 1.0;
+            if (ids[i] != surfels.count) {
+                sends += trace::luminance(glm::dvec3(surfels.albedo[ids[i]]));
+            } else {
+                trace::SurfaceHit hit;
+                const bool front = glm::dot(fan.rays.along(i), hits.normal(i)) < 0.0f;
+                if (inputs.traced.surface_at(static_cast<int>(hits.instance[i]), static_cast<int>(hits.triangle[i]),
+                                             hits.u[i], hits.v[i], front, hit))
+                    lost += trace::luminance(glm::dvec3(hit.albedo));
+            }
+        }
+    }
+    found.legs = mean_legs(surfels, met / kComparedLinks);
+    found.missing = lost > 0.0 ? lost / (sends + lost) : 0.0;
+    found.dimmed = taken / kComparedLinks;
+    return links;
+}
+
+// What comes to a point by rays to crowded surfels; no link counts for those.
+struct RaysTo {
+    std::vector<transport::ToCrowded> rays;
+    std::vector<bool> has;  // by surfel
+    RaysTo(const Transport& transport, const trace::Geometry& geometry, const transport::Stand& at, float far)
+        : rays(transport::rays_to_crowded(transport, geometry, at, far)), has(transport.surface->surfels.count, false) {
+        for (const transport::ToCrowded& ray : rays) has[ray.surfel] = true;
+    }
+    double light_lx(const PlainLight& light) const {
+        double sum = 0.0;
+        for (const transport::ToCrowded& ray : rays)
+            sum += static_cast<double>(ray.form_factor) * trace::luminance(glm::dvec3(light.sent[ray.surfel]));
+        return sum;
+    }
+};
+
 }  // namespace
 
 Discrepancy discrepancy_of(const FrameInputs& inputs, const std::shared_ptr<const transport::Transport>& fine,
                            std::span<const glm::vec3> seeds, const transport::SurfelSettings& settings, bool waits,
                            CoarseLight& kept) {
     Discrepancy found;
-    if (fine->surface->surfels.count == 0) return found;
+    const transport::Surfels& surfels = fine->surface->surfels;
+    if (surfels.count == 0) return found;
     if (kept.beside != fine->surface) {
         kept = {};
         kept.beside = fine->surface;
@@ -78,6 +148,9 @@ Discrepancy discrepancy_of(const FrameInputs& inputs, const std::shared_ptr<cons
                                                             std::vector<glm::vec3>(seeds.begin(), seeds.end()),
                                                             coarser(settings), kCoarseLinks, !waits, false);
     }
+    const transport::Stand at(inputs.traced, inputs.traced.local(inputs.eye.position + inputs.eye.forward),
+                              -inputs.eye.forward);
+    const PointLinks links = links_of(inputs, *fine, at, found);
     if (waits) kept.builder->wait();
     const std::shared_ptr<const Transport> coarse = kept.builder->newest();
     if (!coarse || !kept.builder->done() || coarse->surface->surfels.count == 0) return found;
@@ -90,34 +163,28 @@ Discrepancy discrepancy_of(const FrameInputs& inputs, const std::shared_ptr<cons
         kept.per_unit = std::move(per_unit);
     }
     found.known = true;
-    const glm::vec3 p = inputs.traced.local(inputs.eye.position + inputs.eye.forward), n = -inputs.eye.forward,
-                    from = p + n * (4.0f * inputs.traced.step_off(p));
-    const transport::Surfels& surfels = fine->surface->surfels;
+    found.scene_lx = kept.fine.mean_lx;
+    const auto luminance_of = [](const glm::vec4& v) { return trace::luminance(glm::dvec3(v)); };
+    // Crowded surfels lie twice as far apart in the coarser one.
+    const RaysTo fine_rays(*fine, inputs.traced, at, transport::kFarSpacings),
+        coarse_rays(*coarse, inputs.traced, at, 0.5f * transport::kFarSpacings);
+    found.difference_lx = coarse_rays.light_lx(kept.coarse) - fine_rays.light_lx(kept.fine);
+    found.mean_difference_lx = std::abs(found.difference_lx);
     trace::HitPacket hits;
-    std::uint16_t ids[trace::kPacket], coarse_ids[trace::kPacket];
-    double met = 0.0, lost = 0.0, taken = 0.0;
-    const Haze haze = inputs.context().haze;
+    std::uint16_t coarse_ids[trace::kPacket];
     for (unsigned k = 0; k < kComparedLinks; k += trace::kPacket) {
-        const transport::Fan fan = transport::make_fan(from, n, n, transport::fan_directions(1, k));
-        const unsigned bits = transport::follow(fan, inputs.traced, surfels, *fine->surface->cells, hits, ids);
-        transport::follow(fan, inputs.traced, coarse->surface->surfels, *coarse->surface->cells, hits, coarse_ids);
-        for (int i = 0; i < trace::kPacket; ++i) {
-            if ((bits >> i & 1u) == 0) continue;
-            met += 1.0;
-            if (ids[i] == surfels.count) lost += 1.0;
-            if (haze)
-                taken += 1.0 - transmittance(haze, glm::dvec3(from), glm::dvec3(fan.rays.at(i, hits.distance[i])));
-            if (ids[i] == surfels.count || coarse_ids[i] == coarse->surface->surfels.count) continue;
-            const auto luminance_of = [](const glm::vec4& v) { return trace::luminance(glm::dvec3(v)); };
-            const double off = luminance_of(kept.coarse.sent[coarse_ids[i]]) - luminance_of(kept.fine.sent[ids[i]]);
+        transport::follow(links.fans[k / trace::kPacket], inputs.traced, coarse->surface->surfels,
+                          *coarse->surface->cells, hits, coarse_ids);
+        for (unsigned i = 0; i < trace::kPacket; ++i) {
+            const std::uint16_t id = links.ids[k + i], coarse_id = coarse_ids[i];
+            if (id == surfels.count || coarse_id == coarse->surface->surfels.count) continue;
+            const double off = (coarse_rays.has[coarse_id] ? 0.0 : luminance_of(kept.coarse.sent[coarse_id])) -
+                               (fine_rays.has[id] ? 0.0 : luminance_of(kept.fine.sent[id]));
             found.difference_lx += off / kComparedLinks;
             found.mean_difference_lx += std::abs(off) / kComparedLinks;
         }
     }
     found.difference_lx = std::abs(found.difference_lx);
-    found.scene_lx = kept.fine.mean_lx;
-    found.missing = met > 0.0 ? lost / met : 0.0;
-    found.dimmed = met > 0.0 ? taken / met : 0.0;
     return found;
 }
 

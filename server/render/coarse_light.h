@@ -34,8 +34,10 @@ struct Discrepancy {
     double difference_lx = 0.0;       // of the illuminances
     double mean_difference_lx = 0.0;  // mean absolute difference over the point's links
     double scene_lx = 0.0;            // mean indirect illuminance of all surfels
-    double missing = 0.0;             // share of links that meet a surface without a surfel
-    double dimmed = 0.0;              // share of the links' light that haze takes on its way
+    // Known at once:
+    double missing = 0.0;  // share of the links that meet a surface without a surfel, by albedo
+    double dimmed = 0.0;   // share of the links' light that haze takes on its way
+    double legs = 1.0;     // surfaces that light meets, on the mean, before it is absorbed
 };
 // inputs: of a meter whose passes have run. fine: the transport that they read, not null. seeds, settings: those that
 // it was made with. waits: for the coarse one.

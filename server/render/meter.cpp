@@ -88,9 +88,12 @@ double transport_variance(const Discrepancy& found, const FrameInputs& inputs, c
     // A share of the scene's mean. Rays and cells are rounded, so a little light leaks into places that are closed off.
     constexpr double kScene = 0.001;
     constexpr double kDifference = 0.75, kMeanDifference = 0.05;
-    // Left out in haze: what it scatters twice, and what it absorbs between surfaces.
-    constexpr double kTwice = 0.3;
-    const double albedo = inputs.scene.haze.albedo, left_out = found.dimmed * (kTwice * albedo + 1.0 - albedo);
+    // Left out in haze: what it scatters twice, and what it absorbs on each way between two surfaces. Each order of
+    // scattering is about as large a part of the one before; of what goes on, a tenth leaves at least.
+    constexpr double kTwice = 0.2, kAgain = 0.9;
+    const double albedo = inputs.scene.haze.albedo,
+                 scattered = kTwice * albedo * found.dimmed / (1.0 - kAgain * albedo * found.dimmed),
+                 absorbed = std::min(1.0, (1.0 - albedo) * found.dimmed * found.legs), left_out = scattered + absorbed;
     double unconverged = static_cast<double>(screen.light.summed_list.irradiance.solved.error);
     for (const LightGpu* gpu : inputs.lights)
         unconverged = std::max(unconverged, static_cast<double>(gpu->irradiance.solved.error));

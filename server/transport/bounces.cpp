@@ -131,6 +131,8 @@ Bounces::Bounces(const Surfels& surfels, const Links& links, std::span<const glm
     const bool reversed = settings.links > there && !links.reversed.empty();
     const Brightest brightest = reversed || settings.rests ? brightest_of(surfels, sent_, pool) : Brightest();
     narrow_ = brightest.narrow;
+    std::vector<glm::vec4> from_crowded;
+    if (links.crowded && !links.crowded->to.empty()) take_crowded(from_crowded);
     const float few = settings.rests ? 1.0f : few_of(links, brightest, 2.5e6f, 3.5e6f);
     const float more = exact.empty() && reversed ? add_reversed(links, brightest, few, sent_, rest_, pool) : 0.0f;
     const float exactly = exact.empty() ? 0.0f : narrow_;
@@ -152,8 +154,26 @@ Bounces::Bounces(const Surfels& surfels, const Links& links, std::span<const glm
         for (std::size_t i = first; i < first + size && narrow_ > 0.0f; ++i)
             rest_[i] = exact.empty() ? share * rest_[i] : exactly * exact[i];
         transfer(links, own.near, own.all, table_, others * share, first, size, rest_);
+        for (std::size_t i = first; i < first + size && !from_crowded.empty(); ++i)
+            rest_[i] += (1.0f - exactly) * from_crowded[i];
         for (std::size_t i = first; i < first + size && !haze.empty(); ++i) rest_[i] += haze[i];
     });
+}
+
+// Moves the direct light of crowded surfels from what links carry to `out`, where it arrives.
+void Bounces::take_crowded(std::vector<glm::vec4>& out) {
+    out.resize(surfels_.count);
+    pool_.run_chunks(surfels_.count, kChunk, [&](std::size_t first, std::size_t size) {
+        for (std::size_t i = first; i < first + size; ++i) {
+            glm::vec4 sum(0.0f);
+            links_.crowded->each(i, [&](std::size_t j, float form_factor) { sum += form_factor * sent_[j]; });
+            out[i] = sum;
+        }
+    });
+    uncrowded_.assign(direct_.begin(), direct_.end());
+    for (const Surfels::Crowded& one : surfels_.all_crowded) uncrowded_[one.id] = glm::vec4(0.0f);
+    direct_ = uncrowded_;
+    send(1.0f, {});
 }
 
 void Bounces::send(float share, std::span<const glm::vec4> indirect) {

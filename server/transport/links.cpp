@@ -86,29 +86,71 @@ ReverseLinks reverse(const LinkSet& set, std::size_t surfels) {
     return result;
 }
 
+namespace {
+
+template <typename Take>
+void each_link(const Links& links, const Surfels& surfels, const Take& take) {  // take(from, to)
+    for (const auto& set : links.sets) {
+        const std::uint16_t* to = set->ids.data();
+        for (std::size_t i = 0; i < surfels.count; ++i)
+            for (unsigned k = 0; k < set->count; ++k) take(i, std::size_t{*to++});
+    }
+}
+
+}  // namespace
+
 std::vector<float> met_areas_m2(const Links& links, const Surfels& surfels) {
     // Surfels::area_m2 counts like so many links: its variance is that of 16 links or so.
     constexpr float kOwn = 16.0f;
     if (links.sets.empty()) return surfels.area_m2;
-    const auto each_link = [&](const auto& take) {  // from, to
-        for (const auto& set : links.sets) {
-            const std::uint16_t* to = set->ids.data();
-            for (std::size_t i = 0; i < surfels.count; ++i)
-                for (unsigned k = 0; k < set->count; ++k) take(i, std::size_t{*to++});
-        }
-    };
     std::vector<float> own(surfels.count, 0.0f);  // links that meet a surfel
-    each_link([&](std::size_t i, std::size_t j) { own[i] += j != surfels.count ? 1.0f : 0.0f; });
+    each_link(links, surfels, [&](std::size_t i, std::size_t j) { own[i] += j != surfels.count ? 1.0f : 0.0f; });
     // The first time the areas that links start from are as rough as Surfels::area_m2, the second time no more.
     std::vector<float> areas_m2(surfels.area_m2);
     for (int times = 0; times < 2; ++times) {
         std::vector<double> come_m2(surfels.count + 1, 0.0);  // areas from which links come
-        each_link([&](std::size_t i, std::size_t j) { come_m2[j] += static_cast<double>(areas_m2[i]); });
+        each_link(links, surfels,
+                  [&](std::size_t i, std::size_t j) { come_m2[j] += static_cast<double>(areas_m2[i]); });
         // come / each = area × own / each
         for (std::size_t j = 0; j < surfels.count; ++j)
             areas_m2[j] = (kOwn * surfels.area_m2[j] + static_cast<float>(come_m2[j])) / (kOwn + own[j]);
     }
     return areas_m2;
+}
+
+CrowdedLinks crowded_links(const Links& links, const Surfels& surfels, std::span<const float> areas_m2) {
+    CrowdedLinks result;
+    if (surfels.all_crowded.empty() || links.sets.empty()) return result;
+    std::vector<bool> crowded(surfels.count + 1, false);
+    for (const Surfels::Crowded& one : surfels.all_crowded) crowded[one.id] = true;
+    const float share = 1.0f / static_cast<float>(links.per_surfel());
+    // Each link to or from a crowded surfel, by the surfel that receives.
+    const auto each = [&](const auto& take) {
+        each_link(links, surfels, [&](std::size_t i, std::size_t j) {
+            if (j == surfels.count) return;
+            if (crowded[j]) take(i, j);
+            if (crowded[i]) take(j, i);
+        });
+    };
+    std::vector<std::uint32_t> first(surfels.count + 2, 0);
+    each([&](std::size_t i, std::size_t) { ++first[i + 2]; });
+    for (std::size_t i = 2; i < first.size(); ++i) first[i] += first[i - 1];
+    std::vector<std::uint16_t> to(first.back());
+    each([&](std::size_t i, std::size_t j) { to[first[i + 1]++] = static_cast<std::uint16_t>(j); });
+    result.first.push_back(0);
+    for (std::size_t i = 0; i < surfels.count; ++i) {
+        const auto begin = to.begin() + first[i], end = to.begin() + first[i + 1];
+        std::sort(begin, end);
+        for (auto one = begin; one != end;) {
+            const auto next = std::upper_bound(one, end, *one);
+            const float weight = areas_m2[*one] / (areas_m2[i] + areas_m2[*one]);
+            result.to.push_back(*one);
+            result.form_factor.push_back(weight * share * static_cast<float>(next - one));
+            one = next;
+        }
+        result.first.push_back(static_cast<std::uint32_t>(result.to.size()));
+    }
+    return result;
 }
 
 }  // namespace gonio::transport

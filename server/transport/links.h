@@ -7,6 +7,7 @@
 #include <functional>
 #include <iterator>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "server/transport/cell_map.h"
@@ -60,10 +61,24 @@ Fan make_fan(const glm::vec3& from, const glm::vec3& normal, const glm::vec3& ge
 unsigned follow(const Fan& fan, const trace::Geometry& geometry, const Surfels& surfels, const CellMap& cells,
                 trace::HitPacket& hits, std::uint16_t* ids);
 
+// Form factors from surfels to crowded ones: surfel i receives form_factor[k] × what surfel to[k] sends, for k =
+// first[i] … first[i + 1] − 1. Empty where no surfel is crowded.
+struct CrowdedLinks {
+    std::vector<std::uint32_t> first;
+    std::vector<std::uint16_t> to;
+    std::vector<float> form_factor;
+    template <typename Take>
+    void each(std::size_t i, const Take& take) const {  // take(j, form factor)
+        for (std::size_t k = first.empty() ? 0 : first[i]; k < (first.empty() ? 0 : first[i + 1]); ++k)
+            take(std::size_t{to[k]}, form_factor[k]);
+    }
+};
+
 // The links of a scene, as far as they are traced.
 struct Links {
     std::vector<std::shared_ptr<const LinkSet>> sets;
     std::vector<std::shared_ptr<const ReverseLinks>> reversed;  // those after the sets
+    std::shared_ptr<const CrowdedLinks> crowded;                // of the sets; null: none
     unsigned per_surfel() const { return sets.empty() ? 0 : sets.back()->first + sets.back()->count; }
 };
 
@@ -72,5 +87,10 @@ struct Links {
 // reciprocity the links that meet a surfel, each with the area that it starts from, weigh as much as the surfel's own
 // links that meet anything.
 std::vector<float> met_areas_m2(const Links& links, const Surfels& surfels);
+
+// A crowded surfel is bright and small: few links meet it, and its light at others would be noise. Its own links meet
+// the others as well. By reciprocity both count the same form factor; each count weighs by how many links it expects
+// (Veach and Guibas 1995, balance heuristic). areas_m2: met_areas_m2().
+CrowdedLinks crowded_links(const Links& links, const Surfels& surfels, std::span<const float> areas_m2);
 
 }  // namespace gonio::transport

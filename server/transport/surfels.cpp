@@ -21,7 +21,8 @@ constexpr int kCandidates = 6;                // tried for each surfel that is w
 constexpr float kDartRadius = 0.74f;          // of the square root of a surfel's share of the area
 // Near a source they lie apart by this share of the distance to it, but no closer together than kClosest radii.
 constexpr float kNearShare = 0.18f, kClosest = 0.08f;
-constexpr double kMostNear = 0.05;  // surfels that crowding adds at most, of all
+constexpr double kMostNear = 0.05;       // surfels that crowding adds at most, of all
+constexpr std::size_t kMostFound = 512;  // surfels that one search lists
 constexpr int kPaths = 60'000, kPathLength = 8;
 
 struct Candidate : trace::SurfacePoint {
@@ -70,7 +71,7 @@ std::size_t Surfels::near(const trace::SurfacePoint& from, float radii, std::spa
         float distance;
         std::uint16_t id;
     };
-    Found best[2 * kNeighbours];
+    Found best[kMostFound];
     std::size_t size = 0;
     const std::size_t most = std::min(found.size(), std::size(best));
     const glm::ivec3 low = cell_at(from.position - reach, side), high = cell_at(from.position + reach, side);
@@ -108,11 +109,16 @@ bool Surfels::sees(const trace::Geometry& geometry, const trace::SurfacePoint& f
 }
 
 std::uint16_t Surfels::visible_from(const trace::Geometry& geometry, const trace::SurfacePoint& from) const {
-    std::uint16_t found[2 * kNeighbours];  // near a luminaire many lie on the other side of a thin wall
+    std::uint16_t found[kMostFound];
     for (const float radii : {kNear, kReach}) {
-        const std::size_t size = near(from, radii, found);
-        for (std::size_t i = 0; i < size; ++i) {
-            if (sees(geometry, from, found[i])) return found[i];
+        // The long list is for places where a luminaire has crowded surfels on the other side of a thin wall.
+        std::size_t tried = 0;
+        for (const std::size_t most : {2 * kNeighbours, kMostFound}) {
+            const std::size_t size = near(from, radii, std::span(found).first(most));
+            for (; tried < size; ++tried) {
+                if (sees(geometry, from, found[tried])) return found[tried];
+            }
+            if (size < most) break;
         }
     }
     return static_cast<std::uint16_t>(count);
@@ -205,6 +211,7 @@ struct Placement {
             });
             bool any = false;
             for (Walkers& walkers : all) {
+                if (stopped()) return;
                 unsigned found = 0;
                 for (const Met& one : walkers.met) {
                     if (reached.add(geometry, one.position, one.normal)) found |= 1u << one.walker;
@@ -452,10 +459,25 @@ struct Placement {
         for (std::size_t i = 0; i < all.size(); ++i) {
             const std::size_t to = nearest[i];
             if (to == s.count) continue;
-            const auto m2 = static_cast<float>(all[i].area_m2);
+            // A pane stops part of the light: links meet that much less of it.
+            const float m2 = static_cast<float>(all[i].area_m2) * all[i].covered;
             members_m2[to] += m2;
             s.albedo[to] += m2 * all[i].albedo;
             for (int k = 0; k < 3 && s.detailed; ++k) s.facing[k][to] += m2 * all[i].detailed[k];
+        }
+        std::vector<std::vector<glm::vec3>> points(s.count);
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            const std::size_t of = nearest[i];
+            if (of != s.count && s.crowded(of) &&
+                points[of].size() < std::tuple_size_v<decltype(Surfels::Crowded::points)>)
+                points[of].push_back(all[i].position);
+        }
+        for (std::size_t i = 0; i < s.count; ++i) {
+            if (!s.crowded(i)) continue;
+            Surfels::Crowded& one = s.all_crowded.emplace_back();
+            one.id = static_cast<std::uint16_t>(i);
+            one.points.fill(s.position(i));
+            std::copy(points[i].begin(), points[i].end(), one.points.begin());
         }
         for (std::size_t i = 0; i < s.count; ++i) {
             s.albedo[i] /= members_m2[i];

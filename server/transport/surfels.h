@@ -28,7 +28,13 @@ struct Surfels {  // NOLINT(bugprone-reserved-identifier): in the copy that the 
                                                // direct light falls on it, and links start about it; padded
     bool detailed = false;                     // any normal map: else `facing` is the shading normal
     std::vector<glm::vec3> geometric, albedo;  // means of the surface around; albedo 0..1 per channel
-    std::vector<float> area_m2;
+    std::vector<float> area_m2;  // of the surface that each stands for; of a pane as much as it stops light
+    // A surfel near a source, and points of the surface that it stands for; its centre where few are known.
+    struct Crowded {
+        std::uint16_t id;
+        std::array<glm::vec3, 4> points;
+    };
+    std::vector<Crowded> all_crowded;  // by id
     // By surfel: those near it that it sees, itself first; `count`: none.
     std::vector<std::array<std::uint16_t, kNeighbours>> neighbours;
 

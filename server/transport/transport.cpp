@@ -69,6 +69,11 @@ std::size_t Transport::bytes() const {
     for (const auto& set : links.sets) sum += set->ids.size() * sizeof(std::uint16_t);
     for (const auto& set : links.reversed)
         sum += set->from.size() * sizeof(std::uint16_t) + set->first.size() * sizeof(std::uint32_t);
+    if (links.crowded) {
+        const CrowdedLinks& crowded = *links.crowded;
+        sum +=
+            crowded.to.size() * (sizeof(std::uint16_t) + sizeof(float)) + crowded.first.size() * sizeof(std::uint32_t);
+    }
     if (cells) sum += cells->triangles.size() * sizeof(glm::uvec2) + cells->cells.size() * sizeof(std::uint16_t);
     return sum + met_m2.size() * sizeof(float) + 3 * emitted.direct.size() * sizeof(glm::vec4);
 }
@@ -151,6 +156,10 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
     const auto publish = [&] {
         if (published != first) {
             published = first;
+            if (links.reversed.empty()) {  // reversed links add nothing to these
+                met_m2 = met_areas_m2(links, surfels);
+                links.crowded = std::make_shared<const CrowdedLinks>(crowded_links(links, surfels, met_m2));
+            }
             const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
             if (!emitted.direct.empty()) {
                 do {
@@ -160,7 +169,6 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
             emitted.narrow = 0.0f;  // nothing is drawn from where it shines
             std::shared_ptr<const CellMap::Table> table;
             if (cells) table = std::make_shared<const CellMap::Table>(surface->cells->table(*pool));
-            if (links.reversed.empty()) met_m2 = met_areas_m2(links, surfels);  // later links add nothing to it
             newest_.store(
                 std::make_shared<const Transport>(Transport{surface, links, met_m2, emitted, spent.count(), table}));
         }

@@ -150,6 +150,75 @@ TEST(Transport, ASphereBounceByBounce) {
     EXPECT_NEAR(made.mean(made.irradiance.indirect), one / 0.4, 0.01 * one / 0.4);
 }
 
+// Whatever light falls on the wall of a sphere, one bounce spreads it evenly. Here nearly half of it falls on small
+// surfels around a source 3 cm from the wall, which few links meet.
+TEST(Transport, ABrightSpotLightsEverySurfelOfASphere) {
+    const Made made(
+        test::scene_with({{test::inward_sphere(2.0, 64), glm::vec3(0.6f)}}, test::isotropic(1.0), {0.0, 0.0, 1.97}),
+        kFew);
+    const Surfels& surfels = made.surfels();
+    ASSERT_GT(surfels.all_crowded.size(), 20u);
+    double flux_lm = 0.0;
+    for (std::size_t i = 0; i < surfels.count; ++i)
+        flux_lm += static_cast<double>(made.irradiance.direct[i].g * made.transport->met_m2[i]);
+    EXPECT_NEAR(flux_lm, 4.0 * std::numbers::pi, 0.1 * 4.0 * std::numbers::pi);
+    const double expected = 0.6 * flux_lm / (16.0 * std::numbers::pi);
+    const auto rms = [&](const std::vector<glm::vec4>& first) {  // of those that are not crowded
+        double squares = 0.0, count = 0.0;
+        for (std::size_t i = 0; i < surfels.count; ++i) {
+            if (surfels.crowded(i)) continue;
+            squares += std::pow(static_cast<double>(first[i].g) / expected - 1.0, 2.0);
+            count += 1.0;
+        }
+        return std::sqrt(squares / count);
+    };
+    Links plain = made.transport->links;
+    plain.crowded = nullptr;
+    Irradiance by_links;
+    by_links.direct = made.irradiance.direct;
+    Pool pool;
+    solve(surfels, plain, {}, {}, kAtRest, by_links, pool);
+    std::printf("one bounce: rms %.3f, by links that meet the spot %.3f\n", rms(made.irradiance.first),
+                rms(by_links.first));
+    EXPECT_LT(rms(made.irradiance.first), 0.15);
+    EXPECT_LT(rms(made.irradiance.first), 0.25 * rms(by_links.first));
+    // By reciprocity what one crowded surfel sends comes to all others, none of it lost.
+    std::vector<double> received_m2(surfels.count, 0.0);
+    for (std::size_t i = 0; i < surfels.count; ++i)
+        made.transport->links.crowded->each(i, [&](std::size_t j, float form_factor) {
+            received_m2[j] += static_cast<double>(form_factor * made.transport->met_m2[i]);
+        });
+    for (const Surfels::Crowded& one : surfels.all_crowded) {
+        const double own_m2 = static_cast<double>(made.transport->met_m2[one.id]);
+        EXPECT_NEAR(received_m2[one.id], own_m2, 0.1 * own_m2) << one.id;
+    }
+}
+
+// A pane that stops a fifth of the light has a fifth of its area, on each side, also where small surfels are.
+TEST(Transport, APaneHasTheAreaThatStopsLight) {
+    std::vector<test::Placed> pieces = test::box({0, 0, 0}, {1, 1, 1}, 0.5, true);
+    for (test::Placed& piece : pieces) piece.material = test::matte(0.5);
+    test::Placed pane;
+    pane.mesh = quad({0.5, 0, 0}, {0.5, 0, 1}, {0.5, 1, 1}, {0.5, 1, 0});
+    pane.material = test::matte(0.9);
+    pane.material.alpha_blend = true, pane.material.base_color.a = 0.2f;
+    pieces.push_back(pane);
+    const Made made(
+        test::scene_of_pieces(std::move(pieces), {test::light_seed(test::isotropic(1.0), {0.46, 0.5, 0.5})}), kFew);
+    double all_m2 = 0.0, crowded_m2 = 0.0, met_m2 = 0.0;
+    for (std::size_t i = 0; i < made.surfels().count; ++i) {
+        if (std::abs(made.surfels().normal(i).x) < 0.9f ||
+            std::abs(made.geometry->origin().x + static_cast<double>(made.surfels().position(i).x) - 0.5) > 1e-3)
+            continue;
+        all_m2 += static_cast<double>(made.surfels().area_m2[i]);
+        if (!made.surfels().crowded(i)) continue;
+        crowded_m2 += static_cast<double>(made.surfels().area_m2[i]);
+        met_m2 += static_cast<double>(made.transport->met_m2[i]);
+    }
+    EXPECT_NEAR(all_m2, 2 * 0.2, 0.05 * 2 * 0.2);
+    EXPECT_NEAR(met_m2, crowded_m2, 0.06 * crowded_m2);
+}
+
 // What is shut in a box stays there, to the bit; and the other way round.
 TEST(Transport, NothingLeaksThroughAWall) {
     Scene scene = room({4, 3, 4}, 0.8f, {1.0, 2.0, 1.0});

@@ -14,6 +14,7 @@
 namespace gonio {
 namespace {
 
+using transport::Stand;
 using transport::Transport;
 
 constexpr unsigned kVplsAtRest = 1024;  // of the picture
@@ -193,17 +194,20 @@ bool continue_first_bounce(const PassContext& context, const Light& light, Light
     }
     const transport::Links& links = context.transport->links;
     const auto nearby = [&](std::size_t i) {
-        glm::vec3 sum(0.0f);
+        glm::vec3 sum(0.0f), from_crowded(0.0f);
+        const auto sent_to = [&](std::size_t j) {
+            const float length_m = glm::distance(surfels.position(i), surfels.position(j));
+            return surfels.albedo[j] *
+                   (gpu.irradiance.direct[j].g * (1.0f - lighting::vpl_share(length_m, surfels.radius_m)));
+        };
         for (const auto& set : links.sets) {
             for (unsigned k = 0; k < set->count; ++k) {
                 const std::size_t j = set->ids[i * set->count + k];
-                if (j == surfels.count || !(gpu.irradiance.direct[j].g > 0.0f)) continue;
-                const float length_m = glm::distance(surfels.position(i), surfels.position(j));
-                sum += surfels.albedo[j] *
-                       (gpu.irradiance.direct[j].g * (1.0f - lighting::vpl_share(length_m, surfels.radius_m)));
+                if (j != surfels.count && gpu.irradiance.direct[j].g > 0.0f && !surfels.crowded(j)) sum += sent_to(j);
             }
         }
-        return sum / static_cast<float>(std::max(links.per_surfel(), 1u));
+        links.crowded->each(i, [&](std::size_t j, float form_factor) { from_crowded += form_factor * sent_to(j); });
+        return from_crowded + sum / static_cast<float>(std::max(links.per_surfel(), 1u));
     };
     const float unit_m2 = context.geometry.layer_unit_m2();
     while (gpu.exact.next < surfels.count) {
@@ -306,53 +310,20 @@ namespace {
 
 constexpr unsigned kLinksPerPart = kMeterLinks / kMeterParts;
 
-// Where a meter stands, local, and which way it faces.
-struct Point {
-    glm::vec3 p, n, start;  // start: of its rays
-    explicit Point(const PassContext& context)
-        : p(context.traced.local(context.eye.position + context.eye.forward)),
-          n(-context.eye.forward),
-          start(p + n * (4.0f * context.traced.step_off(p))) {}
-};
-
-// Result: rays to the centres of crowded surfels that the point sees and that are so far away, for their size, that
-// they are as good as points. The form factor is the share of the point's cosine-weighted hemisphere that one covers.
-// Links find all other surfels.
-std::vector<MeterLight::Ray> rays_to_crowded(const Point& point, const PassContext& context) {
-    constexpr float kFar = 8.0f;  // in spacings
-    const Transport& transport = *context.transport;
-    const transport::Surfels& surfels = transport.surface->surfels;
-    std::vector<MeterLight::Ray> found;
-    const auto take = [&](MeterLight::Ray ray, const glm::vec3& passed) {
-        ray.form_factor *= trace::luminous(passed);
-        if (ray.form_factor > 0.0f) found.push_back(ray);
-    };
-    trace::ShadowRays<MeterLight::Ray, decltype(take)> rays(context.traced, take);
-    for (std::size_t i = 0; i < surfels.count; ++i) {
-        if (!surfels.crowded(i)) continue;
-        const glm::vec3 along = surfels.position(i) - point.p;
-        const float length_m = glm::length(along), facing = glm::dot(along, point.n),
-                    turned = -glm::dot(along, surfels.geometric[i]);
-        if (length_m < kFar * surfels.spacing_m[i] || facing <= 0.0f || turned <= 0.0f) continue;
-        const glm::vec3 off = surfels.geometric[i] * (4.0f * context.traced.step_off(surfels.position(i)));
-        const float form_factor =
-            transport.met_m2[i] * facing * turned / (std::numbers::pi_v<float> * std::pow(length_m, 4.0f));
-        rays.add(point.start, surfels.position(i) + off - point.start, 1.0f,
-                 {static_cast<std::uint16_t>(i), form_factor, length_m});
-    }
-    rays.send();
-    return found;
+Stand stand_of(const PassContext& context) {
+    const glm::dvec3 &eye = context.eye.position, &forward = context.eye.forward;
+    return {context.traced, context.traced.local(eye + forward), -forward};
 }
 
 // Result: the surfels that a meter's links lead to, the same for all light, and the ends of those nearby.
-MeterLight& links_of(const Point& point, const PassContext& context, MeterLight& links) {
+MeterLight& links_of(const Stand& point, const PassContext& context, MeterLight& links) {
     if (!links.ids.empty()) return links;
     const Transport::Surface& surface = *context.transport->surface;
     const transport::Surfels& surfels = surface.surfels;
     links.ids.resize(kMeterLinks);
-    links.rays = rays_to_crowded(point, context);
+    links.rays = transport::rays_to_crowded(*context.transport, context.traced, point);
     std::vector<bool> by_ray(surfels.count + 1, false);
-    for (const MeterLight::Ray& ray : links.rays) by_ray[ray.surfel] = true;
+    for (const transport::ToCrowded& ray : links.rays) by_ray[ray.surfel] = true;
     trace::HitPacket hits;
     for (unsigned k = 0; k < kMeterLinks; k += trace::kPacket) {
         const transport::Fan fan = transport::make_fan(point.start, point.n, point.n, transport::fan_directions(1, k));
@@ -376,7 +347,7 @@ void set_mean(PointLight& light) {
 
 // light: at the surfels, × unit; its direct part × share, because VPLs have the rest. Result: the parts of what comes
 // after bounces.
-PointLight bounced_at(const Point& point, const PassContext& context, const transport::Irradiance& light, float share,
+PointLight bounced_at(const Stand& point, const PassContext& context, const transport::Irradiance& light, float share,
                       double unit, MeterLight& meter) {
     const transport::Surfels& surfels = context.transport->surface->surfels;
     const std::vector<std::uint16_t>& ids = links_of(point, context, meter).ids;
@@ -390,7 +361,7 @@ PointLight bounced_at(const Point& point, const PassContext& context, const tran
         if (ids[k] != surfels.count)
             found.parts[k / kLinksPerPart] += sent(ids[k], share) / static_cast<double>(kLinksPerPart);
     glm::dvec3 by_rays(0.0);
-    for (const MeterLight::Ray& ray : meter.rays) {
+    for (const transport::ToCrowded& ray : meter.rays) {
         const float by_vpls = (1.0f - share) * lighting::vpl_share(ray.length_m, surfels.radius_m);
         by_rays += sent(ray.surfel, 1.0f - by_vpls) * static_cast<double>(ray.form_factor);
     }
@@ -406,7 +377,7 @@ PassRun run_gather_emitted_point(const PassContext& context, MeterLight& meter) 
     found = {};
     if (!context.has_surfels() || context.transport->emitted.direct.empty()) return {};
     const Transport& transport = *context.transport;
-    const Point point(context);
+    const Stand point = stand_of(context);
     const trace::Receiver at{point.p, point.start, point.n, point.n};
     context.pool.run(static_cast<int>(kMeterParts), [&](int part) {
         glm::dvec3& sum = found[0].parts[part];
@@ -426,7 +397,7 @@ PassRun run_gather_point_summed(const PassContext& context, const Merged& merged
     meter.summed[1] = {};
     if (!context.has_surfels() || merged.irradiance.indirect.empty() || context.bounces == 0) return {};
     const float unit_lx = merged.reference / context.geometry.layer_unit_m2();
-    meter.summed[1] = bounced_at(Point(context), context, merged.irradiance, 1.0f,
+    meter.summed[1] = bounced_at(stand_of(context), context, merged.irradiance, 1.0f,
                                  static_cast<double>(unit_lx) * context.scene.master_ratio, meter);
     set_mean(meter.summed[1]);
     return {};
@@ -440,7 +411,7 @@ PassRun run_gather_point(const PassContext& context, const Light& light, LightGp
     found = {};
     if (!context.has_surfels() || gpu.irradiance.indirect.empty() || context.bounces == 0) return {};
     const transport::Surfels& surfels = context.transport->surface->surfels;
-    const Point point(context);
+    const Stand point = stand_of(context);
     // Light that is all on few surfels, which few links meet, comes from VPLs.
     const float narrow = gpu.irradiance.narrow;
     constexpr double kLink = 1.0 / static_cast<double>(kLinksPerPart);

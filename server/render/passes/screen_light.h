@@ -19,6 +19,7 @@
 #include "server/lighting/raster.h"
 #include "server/render/light_gpu.h"
 #include "server/render/target.h"
+#include "server/transport/crowded.h"
 
 namespace gonio {
 
@@ -112,18 +113,12 @@ struct EdgesOnGpu {
 
 // Of a meter's passes: direct, and after bounces.
 struct MeterLight {
-    // To a crowded surfel, which few links meet.
-    struct Ray {
-        std::uint16_t surfel;
-        float form_factor;
-        float length_m;
-    };
     std::vector<glm::dvec3> direct;             // per candela of peak, rgb, 1/m², by layer
     std::vector<PointLight> layers;             // after bounces, per candela of peak, by layer
     std::array<PointLight, 2> emitted, summed;  // lux
     std::vector<std::uint16_t> ids;             // of its links, the same for all light
     lighting::LinkEnds ends;
-    std::vector<Ray> rays;
+    std::vector<transport::ToCrowded> rays;
 };
 
 // Of the passes of haze, along the rays of the view or at its probes. Units: as of the light that is scattered.
