@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Part of the hash of kept references: raise it when the same scene gets other points or other values.
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 constexpr double kBulbCd = 100.0;  // of the bulb in a scene without light
 
 // One point, and what both qualities read there.
@@ -119,7 +119,8 @@ std::vector<Pick> pick_points(const Scene& scene, const trace::Geometry& geometr
 void measure_reference(const Scene& scene, std::vector<Pick>& picks, double seconds) {
     // Standard errors: of the scene's mean and of the point's own value, or of the latter alone. Where light comes by
     // few paths, the first rounds miss it and their error is small for that reason.
-    constexpr double kSure = 0.008, kRoughly = 0.1, kOwn = 0.02;
+    constexpr double kSure = 0.008, kRoughly = 0.1, kOwn = 0.005;
+    constexpr double kRoundsOfNothing = 8.0;  // that say that a point is dark
     const auto began = std::chrono::steady_clock::now();
     const auto world = trace::make_world(scene);
     trace::Settings settings;
@@ -137,7 +138,9 @@ void measure_reference(const Scene& scene, std::vector<Pick>& picks, double seco
         for (std::size_t i = 0; i < picks.size(); ++i) {
             const double rounds = std::max(sums[i].rounds, 1.0), own = sums[i].light / rounds,
                          error = std::sqrt(sums[i].variance) / rounds;
-            if (sums[i].rounds > 0.0 && error <= std::max(std::min(kSure * mean, kRoughly * own), kOwn * own)) continue;
+            if (sums[i].rounds >= (error > 0.0 ? 1.0 : kRoundsOfNothing) &&
+                error <= std::max(std::min(kSure * mean, kRoughly * own), kOwn * own))
+                continue;
             points.push_back(picks[i].at), which.push_back(i);
         }
         if (points.empty()) break;

@@ -8,6 +8,7 @@
 #include "protocol/schema/gonio.pb.h"
 #include "server/trace/reference.h"
 #include "tests/gl/test_context.h"
+#include "tests/scenes/placed.h"
 #include "tests/scenes/show.h"
 
 namespace gonio::test {
@@ -204,6 +205,42 @@ TEST(Haze, IsTheReferences) {
     // The glow comes from 64 links of 4,096 points, and light that is scattered twice is the reference's alone. Single
     // pixels of it are noisy: their mean is compared.
     EXPECT_LT(std::abs(all.bias), 0.1);
+}
+
+// What the live light leaves out in fog is within the error that a meter states: light that the air scatters twice, and
+// what it absorbs between two surfaces. Under the open sky half of the light has been scattered more than once.
+TEST(Haze, StatesWhatItLeavesOut) {
+    const auto isotropic_100 = light_seed(isotropic(100.0), {0.5, 1.8, 0.4});
+    std::vector<Placed> yard = {{quad({-3, 0, 3}, {3, 0, 3}, {3, 0, -3}, {-3, 0, -3})},
+                                {quad({-3, 0, -3}, {3, 0, -3}, {3, 3, -3}, {-3, 3, -3})}};
+    for (Placed& piece : yard) piece.material = matte(0.6);
+    const struct {
+        const char* name;
+        Scene scene;
+    } cases[] = {{"room", scene_of_pieces(box({-2, 0, -2}, {2, 3, 2}, 0.6, true), {isotropic_100})},
+                 {"yard", scene_of_pieces(std::move(yard), {isotropic_100})}};
+    for (const auto& c : cases) {
+        for (const double albedo : {1.0, 0.5}) {
+            Scene scene = c.scene;
+            scene.haze = {.extinction_per_m = 0.15, .albedo = albedo, .g = 0.0};
+            renew(scene);
+            const std::vector<trace::MeterPoint> points = {{{-1.2, 0.0, 0.9}, {0, 1, 0}, trace::Receives::plane},
+                                                           {{0.3, 0.0, -1.5}, {0, 1, 0}, trace::Receives::plane}};
+            trace::Settings settings;
+            settings.noise = 0.01;
+            const auto truth = trace::measure(*trace::make_world(scene), points, settings);
+            Renderer renderer(context(), direct_light());
+            make_coarse(renderer);
+            for (std::size_t i = 0; i < points.size(); ++i) {
+                const auto live =
+                    renderer.meter(scene, points[i].position, points[i].normal, Renderer::MeterQuality::interactive);
+                const double expected = trace::luminance(truth[i].indirect_lx), stated = live.indirect_error_lx();
+                EXPECT_NEAR(live.indirect_lx(), expected, 3.0 * (stated + truth[i].indirect_error_lx))
+                    << c.name << ", albedo " << albedo << ", point " << i << ", stated " << stated;
+                if (&c == cases) EXPECT_LT(stated, 0.6 * live.indirect_lx());
+            }
+        }
+    }
 }
 
 // The cost table of docs/rendering.md.
