@@ -94,7 +94,7 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
     // normal maps turn surfels: their light is then less than the flux on them.
     if (!(shown_lm > 0.0) || surfels.detailed) return;
     const float right_near = glm::mix(1.0f, glm::clamp(static_cast<float>(near_lm / shown_lm), 0.5f, 2.0f),
-                                      glm::smoothstep(64.0f, 256.0f, static_cast<float>(rays_near)));
+                                      glm::smoothstep(16.0f, 64.0f, static_cast<float>(rays_near)));
     for (std::size_t i = 0; i < surfels.count; ++i) out[i] *= glm::mix(1.0f, right_near, near[i]);
 }
 
