@@ -35,19 +35,20 @@ std::string undo_key() {
     return key;
 }
 
-template <typename Stream>
 class WebSocketConnection final : public Connection {
 public:
     Result<bool> start(const ServerAddress& address, const Wanted& wanted) {
         where_ = address.host_header();
-        if (auto connected = link_.connect(address, socket_.next_layer()); !connected) return connected;
-        socket_.set_option(websocket::stream_base::decorator([](websocket::request_type& request) {
+        Result<NetStream> stream = link_.connect(address);
+        if (!stream) return stream.error();
+        socket_.emplace(std::move(*stream));
+        socket_->set_option(websocket::stream_base::decorator([](websocket::request_type& request) {
             request.set(beast::http::field::sec_websocket_protocol,
                         beast::string_view(kSubprotocolProto.data(), kSubprotocolProto.size()));
         }));
         websocket::response_type response;
-        error_code error = run(kConnectTime, [&](auto done) {
-            socket_.async_handshake(response, where_, "/v1/ws", [done](error_code e) { done(e); });
+        error_code error = run(kConnectTime, [&](const NetStream::Done& done) {
+            socket_->async_handshake(response, where_, "/v1/ws", [done](error_code e) { done(e); });
         });
         if (error == websocket::error::upgrade_declined) {
             const int status = response.result_int();
@@ -59,8 +60,8 @@ public:
                                          : "This address does not speak this protocol."};
         }
         if (error) return unreachable(error);
-        socket_.read_message_max(kMaxServerMessageBytes);
-        socket_.binary(true);
+        socket_->read_message_max(kMaxServerMessageBytes);
+        socket_->binary(true);
 
         v1::ClientMessage identify;
         identify.mutable_identify()->set_client(wanted.client);
@@ -103,8 +104,8 @@ public:
     Result<bool> say(const v1::ClientMessage& message) override {
         std::string bytes = encode_message(Encoding::proto, message);
         bytes.insert(bytes.begin(), static_cast<char>(kBinaryControl));
-        const error_code error = run(kReplyTime, [&](auto done) {
-            socket_.async_write(asio::buffer(bytes), [done](error_code e, std::size_t) { done(e); });
+        const error_code error = run(kReplyTime, [&](const NetStream::Done& done) {
+            socket_->async_write(asio::buffer(bytes), [done](error_code e, std::size_t) { done(e); });
         });
         if (error) return unreachable(error);
         return true;
@@ -115,7 +116,7 @@ public:
             buffer_.consume(buffer_.size());
             arrived_.reset();
             reading_ = true;
-            socket_.async_read(buffer_, [this](error_code error, std::size_t) { arrived_ = error; });
+            socket_->async_read(buffer_, [this](error_code error, std::size_t) { arrived_ = error; });
         }
         link_.poll();
         if (!arrived_) return std::optional<ServerEvent>();
@@ -124,25 +125,25 @@ public:
         if (!event) return event.error();
         return std::optional(std::move(*event));
     }
-    int descriptor() override { return beast::get_lowest_layer(socket_).socket().native_handle(); }
+    int descriptor() override { return socket_->next_layer().socket().native_handle(); }
 
 private:
-    template <typename Start>
-    error_code run(std::chrono::steady_clock::duration time, const Start& start) {
-        return link_.run(time, beast::get_lowest_layer(socket_), start);
+    error_code run(std::chrono::steady_clock::duration time, const std::function<void(NetStream::Done)>& start) {
+        return link_.run(time, socket_->next_layer(), start);
     }
 
     Result<ServerEvent> read(std::chrono::steady_clock::duration time) {
         buffer_.consume(buffer_.size());
-        return read_buffer(
-            run(time, [&](auto done) { socket_.async_read(buffer_, [done](error_code e, std::size_t) { done(e); }); }));
+        return read_buffer(run(time, [&](const NetStream::Done& done) {
+            socket_->async_read(buffer_, [done](error_code e, std::size_t) { done(e); });
+        }));
     }
 
     // Result: what was read into the buffer, if it was.
     Result<ServerEvent> read_buffer(const error_code& error) const {
-        if (error == websocket::error::closed && socket_.reason().code >= kFirstPrivateCloseCode)
-            return Error{"refused", "close " + std::to_string(socket_.reason().code), where_,
-                         "The server closed the connection: " + std::string(socket_.reason().reason.c_str()) + "."};
+        if (error == websocket::error::closed && socket_->reason().code >= kFirstPrivateCloseCode)
+            return Error{"refused", "close " + std::to_string(socket_->reason().code), where_,
+                         "The server closed the connection: " + std::string(socket_->reason().reason.c_str()) + "."};
         if (error) return unreachable(error);
         const std::string_view bytes(static_cast<const char*>(buffer_.data().data()), buffer_.size());
         ServerEvent event;
@@ -166,8 +167,8 @@ private:
         return {"unreachable", "", where_, "The server cannot be reached: " + error.message() + "."};
     }
 
-    Link<Stream> link_;
-    websocket::stream<Stream> socket_ = std::make_from_tuple<websocket::stream<Stream>>(link_.arguments());
+    Link link_;
+    std::optional<websocket::stream<NetStream>> socket_;  // from start() on
     beast::flat_buffer buffer_;
     std::string where_;
     v1::Ready ready_;
@@ -220,19 +221,10 @@ void end_when_silent(int descriptor) {
     setsockopt(descriptor, IPPROTO_TCP, TCP_USER_TIMEOUT, &kUnacknowledgedMs, sizeof kUnacknowledgedMs);
 }
 
-namespace {
-
-template <typename Stream>
-Result<std::unique_ptr<Connection>> open_on(const ServerAddress& address, const Connection::Wanted& wanted) {
-    auto connection = std::make_unique<WebSocketConnection<Stream>>();
+Result<std::unique_ptr<Connection>> Connection::open(const ServerAddress& address, const Wanted& wanted) {
+    auto connection = std::make_unique<WebSocketConnection>();
     if (auto started = connection->start(address, wanted); !started) return started.error();
     return std::unique_ptr<Connection>(std::move(connection));
-}
-
-}  // namespace
-
-Result<std::unique_ptr<Connection>> Connection::open(const ServerAddress& address, const Wanted& wanted) {
-    return address.secure ? open_on<SecureStream>(address, wanted) : open_on<PlainStream>(address, wanted);
 }
 
 }  // namespace gonio

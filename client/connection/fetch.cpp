@@ -12,33 +12,31 @@
 namespace gonio {
 namespace {
 
-namespace http = beast::http;
-
 constexpr auto kPartTime = std::chrono::seconds(20);  // without a byte; then it is given up
 
-template <typename Stream>
-Result<bool> fetch_on(const ServerAddress& address, const std::string& token, const std::string& path,
-                      std::uint64_t most_bytes, const std::function<bool(std::string_view)>& take) {
+}  // namespace
+
+Result<bool> fetch(const ServerAddress& address, const std::string& token, const std::string& path,
+                   std::uint64_t most_bytes, const std::function<bool(std::string_view)>& take) {
     http::request<http::empty_body> request(http::verb::get, path, 11);
     request.set(http::field::host, address.host_header());
     if (!token.empty()) request.set(http::field::authorization, "Bearer " + token);
     request.keep_alive(false);
-    Link<Stream> link;
-    Stream stream = std::make_from_tuple<Stream>(link.arguments());
-    if (auto connected = link.connect(address, stream); !connected) return connected;
-    beast::tcp_stream& lowest = beast::get_lowest_layer(stream);
+    Link link;
+    Result<NetStream> stream = link.connect(address);
+    if (!stream) return stream.error();
     const auto broken = [&](const error_code& error) {
         return Error{"unreachable", path, address.host_header(), "The transfer broke off: " + error.message() + "."};
     };
-    error_code error = link.run(kPartTime, lowest, [&](auto done) {
-        http::async_write(stream, request, [done](error_code e, std::size_t) { done(e); });
+    error_code error = link.run(kPartTime, *stream, [&](const NetStream::Done& done) {
+        http::async_write(*stream, request, [done](error_code e, std::size_t) { done(e); });
     });
     if (error) return broken(error);
     http::response_parser<http::buffer_body> parser;
     parser.body_limit(boost::none);
     beast::flat_buffer buffer;
-    error = link.run(kPartTime, lowest, [&](auto done) {
-        http::async_read_header(stream, buffer, parser, [done](error_code e, std::size_t) { done(e); });
+    error = link.run(kPartTime, *stream, [&](const NetStream::Done& done) {
+        http::async_read_header(*stream, buffer, parser, [done](error_code e, std::size_t) { done(e); });
     });
     if (error) return broken(error);
     if (parser.get().result() != http::status::ok)
@@ -49,8 +47,8 @@ Result<bool> fetch_on(const ServerAddress& address, const std::string& token, co
     while (!parser.is_done()) {
         parser.get().body().data = chunk.data();
         parser.get().body().size = chunk.size();
-        error = link.run(kPartTime, lowest, [&](auto done) {
-            http::async_read(stream, buffer, parser, [done](error_code e, std::size_t) { done(e); });
+        error = link.run(kPartTime, *stream, [&](const NetStream::Done& done) {
+            http::async_read(*stream, buffer, parser, [done](error_code e, std::size_t) { done(e); });
         });
         if (error && error != http::error::need_buffer) return broken(error);
         const std::size_t got = chunk.size() - parser.get().body().size;
@@ -61,14 +59,6 @@ Result<bool> fetch_on(const ServerAddress& address, const std::string& token, co
         if (!take({chunk.data(), got})) return Error{"given_up", path, "", "The transfer was given up."};
     }
     return true;
-}
-
-}  // namespace
-
-Result<bool> fetch(const ServerAddress& address, const std::string& token, const std::string& path,
-                   std::uint64_t most_bytes, const std::function<bool(std::string_view)>& take) {
-    return address.secure ? fetch_on<SecureStream>(address, token, path, most_bytes, take)
-                          : fetch_on<PlainStream>(address, token, path, most_bytes, take);
 }
 
 }  // namespace gonio

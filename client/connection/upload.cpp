@@ -9,13 +9,9 @@
 #include <boost/beast/http/write.hpp>
 
 namespace gonio {
-namespace {
 
-namespace http = beast::http;
-
-template <typename Stream>
-Result<bool> upload_on(const ServerAddress& address, const std::string& token, const std::string& file,
-                       const std::string& name) {
+Result<bool> upload(const ServerAddress& address, const std::string& token, const std::string& file,
+                    const std::string& name) {
     http::request<http::file_body> request(http::verb::put, "/v1/uploads/" + name, 11);
     request.set(http::field::host, address.host_header());
     if (!token.empty()) request.set(http::field::authorization, "Bearer " + token);
@@ -23,18 +19,17 @@ Result<bool> upload_on(const ServerAddress& address, const std::string& token, c
     request.body().open(file.c_str(), beast::file_mode::scan, error);
     if (error) return Error{"file_unreadable", "load scene", file, "The file cannot be read."};
     request.prepare_payload();
-    Link<Stream> link;
-    Stream stream = std::make_from_tuple<Stream>(link.arguments());
-    if (auto connected = link.connect(address, stream); !connected) return connected;
-    beast::tcp_stream& lowest = beast::get_lowest_layer(stream);
-    error = link.run(kForever, lowest, [&](auto done) {
-        http::async_write(stream, request, [done](error_code e, std::size_t) { done(e); });
+    Link link;
+    Result<NetStream> stream = link.connect(address);
+    if (!stream) return stream.error();
+    error = link.run(kForever, *stream, [&](const NetStream::Done& done) {
+        http::async_write(*stream, request, [done](error_code e, std::size_t) { done(e); });
     });
     // Where the server refuses early, its answer says why.
     http::response<http::string_body> response;
     beast::flat_buffer buffer;
-    const error_code answered = link.run(kReplyTime, lowest, [&](auto done) {
-        http::async_read(stream, buffer, response, [done](error_code e, std::size_t) { done(e); });
+    const error_code answered = link.run(kReplyTime, *stream, [&](const NetStream::Done& done) {
+        http::async_read(*stream, buffer, response, [done](error_code e, std::size_t) { done(e); });
     });
     if (answered)
         return Error{"unreachable", "", address.host_header(),
@@ -43,14 +38,6 @@ Result<bool> upload_on(const ServerAddress& address, const std::string& token, c
     std::string said = response.body().substr(0, 300);
     while (!said.empty() && said.back() == '\n') said.pop_back();
     return Error{"refused", "HTTP " + std::to_string(response.result_int()), name, said};
-}
-
-}  // namespace
-
-Result<bool> upload(const ServerAddress& address, const std::string& token, const std::string& file,
-                    const std::string& name) {
-    return address.secure ? upload_on<SecureStream>(address, token, file, name)
-                          : upload_on<PlainStream>(address, token, file, name);
 }
 
 }  // namespace gonio

@@ -1,6 +1,7 @@
 #include "server/http/http_rules.h"
 #include "server/http/lane_metrics.h"
 #include "server/http/sessions.h"
+#include "server/http/tls.h"
 
 #include <netinet/tcp.h>
 #include <spdlog/spdlog.h>

@@ -4,6 +4,8 @@
 #include <boost/asio/write.hpp>
 #include <string_view>
 
+#include "server/http/tls_context.h"
+
 namespace gonio {
 namespace {
 
@@ -42,7 +44,8 @@ private:
                                          self->accepted_.stream.async_shut_down([self](error_code) { self->end(); });
                                      });
         }
-        accepted_.stream.async_handshake(registry_.access.tls, [self = shared_from_this()](error_code failed) {
+        const std::shared_ptr<TlsContext> tls = registry_.access.tls;
+        accepted_.stream.async_accept_tls({tls, &tls->context}, [self = shared_from_this()](error_code failed) {
             self->timer_.cancel();
             if (self->registry_.stopping) return;
             self->handed_over_ = true;

@@ -1,7 +1,7 @@
 // The kinds of connection. Each session owns itself through its pending operations and ends with its socket.
 #pragma once
 
-#include "server/http/net_stream.h"
+#include "protocol/net/net_stream.h"
 
 #include <boost/beast/http/parser.hpp>
 

@@ -1,7 +1,7 @@
-// What TlsContext is, for the two .cpp files that know OpenSSL.
+// What TlsContext is, for the .cpp files that know OpenSSL.
 #pragma once
 
-#include "server/http/beast.h"
+#include "protocol/net/beast.h"
 
 #include <boost/asio/ssl/context.hpp>
 

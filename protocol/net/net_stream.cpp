@@ -1,12 +1,11 @@
-#include "server/http/net_stream.h"
+#include "protocol/net/net_stream.h"
 
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
 
+#include <boost/asio/ssl/host_name_verification.hpp>
 #include <boost/asio/ssl/stream.hpp>
-
-#include "server/http/tls_context.h"
 
 namespace gonio {
 namespace {
@@ -35,8 +34,14 @@ struct NetStream::Impl {
         });
     }
 
+    void begin_tls(std::shared_ptr<asio::ssl::context> with) {
+        context = std::move(with);
+        tls = std::make_unique<asio::ssl::stream<beast::tcp_stream&>>(plain, *context);
+        record.resize(kRecordBytes);
+    }
+
     beast::tcp_stream plain;
-    std::shared_ptr<TlsContext> context;
+    std::shared_ptr<asio::ssl::context> context;
     std::unique_ptr<asio::ssl::stream<beast::tcp_stream&>> tls;
     std::vector<char> record;  // being written
     std::array<char, 1024> drained{};
@@ -78,11 +83,27 @@ void NetStream::close() {
     impl_->plain.close();
 }
 
-void NetStream::async_handshake(const std::shared_ptr<TlsContext>& tls, Done done) {
-    impl_->context = tls;
-    impl_->tls = std::make_unique<asio::ssl::stream<beast::tcp_stream&>>(impl_->plain, tls->context);
-    impl_->record.resize(kRecordBytes);
+void NetStream::async_accept_tls(std::shared_ptr<asio::ssl::context> tls, Done done) {
+    impl_->begin_tls(std::move(tls));
     impl_->tls->async_handshake(asio::ssl::stream_base::server, std::move(done));
+}
+
+void NetStream::async_connect_tls(std::shared_ptr<asio::ssl::context> tls, const std::string& host, Done done) {
+    impl_->begin_tls(std::move(tls));
+    impl_->tls->set_verify_mode(asio::ssl::verify_peer);
+    impl_->tls->set_verify_callback(asio::ssl::host_name_verification(host));
+    error_code is_name;
+    asio::ip::make_address(host, is_name);
+    if (is_name) SSL_set_tlsext_host_name(impl_->tls->native_handle(), host.c_str());  // never addresses: RFC 6066, 3
+    impl_->tls->async_handshake(asio::ssl::stream_base::client, std::move(done));
+}
+
+std::string NetStream::distrust() const {
+    if (!impl_->tls) return "";
+    const long verified = SSL_get_verify_result(impl_->tls->native_handle());
+    if (verified == X509_V_OK) return "";
+    // What host_name_verification() refuses has no reason of OpenSSL's own.
+    return verified == X509_V_ERR_UNSPECIFIED ? "it is of another name" : X509_verify_cert_error_string(verified);
 }
 
 void NetStream::async_shut_down(Done done) {

@@ -1,4 +1,4 @@
-// Boost.Asio and Boost.Beast as this folder uses them. Included by .cpp files and sessions.h only.
+// Boost.Asio and Boost.Beast as connections use them. Included by .cpp files, and by headers that only those include.
 #pragma once
 
 #if !defined(BOOST_ASIO_SEPARATE_COMPILATION) || !defined(BOOST_BEAST_SEPARATE_COMPILATION)

@@ -1,14 +1,19 @@
-// A TCP connection, plain or under TLS, as one type: the sessions are written, and compiled, once. Meets Asio's
-// AsyncStream and what Beast's WebSocket asks of its next layer. Handlers run on the connection's io_context.
+// A TCP connection, plain or under TLS, as one type: what speaks over it is written, and compiled, once, for the server
+// and its clients. It meets Asio's AsyncStream and what Beast's WebSocket asks of its next layer. Handlers run on the
+// connection's io_context.
 #pragma once
 
 #include <array>
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <string>
 
-#include "server/http/beast.h"
-#include "server/http/tls.h"
+#include "protocol/net/beast.h"
+
+namespace boost::asio::ssl {
+class context;
+}
 
 namespace gonio {
 
@@ -36,7 +41,11 @@ public:
     // Whether the other side has ended or reset the connection, also where what it sent before was not read.
     bool peer_has_gone() const;
     // The server's part of the TLS handshake; all that follows is encrypted.
-    void async_handshake(const std::shared_ptr<TlsContext>& tls, Done done);
+    void async_accept_tls(std::shared_ptr<asio::ssl::context> tls, Done done);
+    // The client's part. The other side has to prove with its certificate that it is `host`, a name or an address.
+    void async_connect_tls(std::shared_ptr<asio::ssl::context> tls, const std::string& host, Done done);
+    // Result: why the other side's certificate was not accepted; empty: it was, or none was asked for.
+    std::string distrust() const;
     // Says that nothing follows (close_notify, FIN), and reads away what the other side still sends until it ends too.
     // Closing at once would reset the connection before the other side has read everything.
     void async_shut_down(Done done);
