@@ -177,7 +177,7 @@ void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry&
     pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t count) {
         const float* at[6];
         for (std::size_t k = 0; k < 3; ++k)
-            at[k] = surfels.points[k].data() + first, at[k + 3] = surfels.facing[k].data() + first;
+            at[k] = surfels.lit[k].data() + first, at[k + 3] = surfels.facing[k].data() + first;
         direct_at_points({at[0], at[1], at[2], at[3], at[4], at[5]}, std::span(surfels.geometric).subspan(first, count),
                          geometry, light, out.data() + first);
     });

@@ -24,6 +24,8 @@ struct Surfels {  // NOLINT(bugprone-reserved-identifier): in the copy that the 
     float radius_m = 0.0f;                     // surfels of like normals are no nearer to each other, but near sources
     std::vector<float> spacing_m;              // how near to this one; radius_m away from sources
     std::vector<float> points[6];              // x y z of the centre, x y z of the shading normal; padded
+    std::vector<float> lit[3];                 // x y z of where its direct light falls: the centre, or, near a source,
+                                               // a place that is lit like its surface on the mean; padded
     std::vector<float> facing[3];              // mean of the normals around as normal maps have them, at most 1 long:
                                                // direct light falls on it, and links start about it; padded
     bool detailed = false;                     // any normal map: else `facing` is the shading normal
@@ -40,6 +42,7 @@ struct Surfels {  // NOLINT(bugprone-reserved-identifier): in the copy that the 
 
     glm::vec3 position(std::size_t i) const { return {points[0][i], points[1][i], points[2][i]}; }
     glm::vec3 normal(std::size_t i) const { return {points[3][i], points[4][i], points[5][i]}; }
+    glm::vec3 lit_at(std::size_t i) const { return {lit[0][i], lit[1][i], lit[2][i]}; }
     glm::vec3 detailed_normal(std::size_t i) const { return {facing[0][i], facing[1][i], facing[2][i]}; }
     bool crowded(std::size_t i) const { return spacing_m[i] < radius_m; }
     trace::SurfacePoint at(std::size_t i) const { return {position(i), normal(i), geometric[i]}; }

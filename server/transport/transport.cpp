@@ -64,7 +64,7 @@ void add_seeds(const trace::World& world, std::vector<glm::vec3>& seeds) {
 
 std::size_t Transport::bytes() const {
     const Surfels& s = surface->surfels;
-    std::size_t sum = surface->cells->bytes() + s.count * (10 * sizeof(float) + 2 * sizeof(glm::vec3) + sizeof(float) +
+    std::size_t sum = surface->cells->bytes() + s.count * (13 * sizeof(float) + 2 * sizeof(glm::vec3) + sizeof(float) +
                                                            sizeof(s.neighbours[0]) + 2 * sizeof(std::uint32_t));
     for (const auto& set : links.sets) sum += set->ids.size() * sizeof(std::uint16_t);
     for (const auto& set : links.reversed)
