@@ -237,7 +237,9 @@ TEST(Haze, StatesWhatItLeavesOut) {
                 const double expected = trace::luminance(truth[i].indirect_lx), stated = live.indirect_error_lx();
                 EXPECT_NEAR(live.indirect_lx(), expected, 3.0 * (stated + truth[i].indirect_error_lx))
                     << c.name << ", albedo " << albedo << ", point " << i << ", stated " << stated;
-                if (&c == cases) EXPECT_LT(stated, 0.6 * live.indirect_lx());
+                if (&c == cases) {
+                    EXPECT_LT(stated, 0.6 * live.indirect_lx());
+                }
             }
         }
     }
