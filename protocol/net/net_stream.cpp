@@ -102,7 +102,7 @@ std::string NetStream::distrust() const {
     if (!impl_->tls) return "";
     const long verified = SSL_get_verify_result(impl_->tls->native_handle());
     if (verified == X509_V_OK) return "";
-    // What host_name_verification() refuses has no reason of OpenSSL's own.
+    // OpenSSL has no reason of its own for a certificate that host_name_verification() refuses.
     return verified == X509_V_ERR_UNSPECIFIED ? "it is of another name" : X509_verify_cert_error_string(verified);
 }
 

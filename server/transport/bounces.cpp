@@ -126,13 +126,14 @@ Bounces::Bounces(const Surfels& surfels, const Links& links, std::span<const glm
       shown_(kSeen),
       unseen_(kUnseen),
       rest_(surfels.count, glm::vec4(0.0f)) {
-    send(1.0f, {});
+    radiosity(surfels_, 1.0f, direct_, {}, sent_, pool_);
     const unsigned there = std::min(links.per_surfel(), settings.links);
     const bool reversed = settings.links > there && !links.reversed.empty();
     const Brightest brightest = reversed || settings.rests ? brightest_of(surfels, sent_, pool) : Brightest();
     narrow_ = brightest.narrow;
     std::vector<glm::vec4> from_crowded;
     if (links.crowded && !links.crowded->to.empty()) take_crowded(from_crowded);
+    make_table(sent_, table_, pool_);
     const float few = settings.rests ? 1.0f : few_of(links, brightest, 2.5e6f, 3.5e6f);
     const float more = exact.empty() && reversed ? add_reversed(links, brightest, few, sent_, rest_, pool) : 0.0f;
     const float exactly = exact.empty() ? 0.0f : narrow_;
@@ -171,9 +172,8 @@ void Bounces::take_crowded(std::vector<glm::vec4>& out) {
         }
     });
     uncrowded_.assign(direct_.begin(), direct_.end());
-    for (const Surfels::Crowded& one : surfels_.all_crowded) uncrowded_[one.id] = glm::vec4(0.0f);
+    for (const Surfels::Crowded& one : surfels_.all_crowded) uncrowded_[one.id] = sent_[one.id] = glm::vec4(0.0f);
     direct_ = uncrowded_;
-    send(1.0f, {});
 }
 
 void Bounces::send(float share, std::span<const glm::vec4> indirect) {

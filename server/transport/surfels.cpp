@@ -266,7 +266,7 @@ struct Placement {
             if ((any >> k & 1u) == 0) continue;
             const auto instance = static_cast<int>(hits.instance[k]), triangle = static_cast<int>(hits.triangle[k]);
             const bool other = instance != drawn[k].hit.instance || triangle != drawn[k].hit.triangle;
-            // What is under a pane has light too.
+            // Light passes through a pane, so the surface under it counts as well.
             if (other && !(geometry.transparency_at(instance, triangle, hits.u[k], hits.v[k]).share > 0.0f))
                 own &= ~(1u << k);
         }

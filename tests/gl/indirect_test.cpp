@@ -109,7 +109,6 @@ TEST(Indirect, ABulbAtTheWallOfASphere) {
     for (const glm::dvec3& d : {glm::dvec3{0, 0, -1}, {1, 0, 0}, {0.0, 0.8, -0.6}, {-0.6, 0.0, 0.8}}) {
         const auto reading = renderer.meter(scene, d * 1.999, -d, Quality::interactive, 1);
         EXPECT_NEAR(reading.indirect_lx(), expected, 0.02 * expected) << d.x << "," << d.y << "," << d.z;
-        // Its links alone would state 2 % and more.
         const auto all = renderer.meter(scene, d * 1.999, -d, Quality::interactive);
         EXPECT_NEAR(all.indirect_lx(), 2.0 * expected, 0.03 * expected) << d.x << "," << d.y << "," << d.z;
     }
