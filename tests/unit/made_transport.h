@@ -1,0 +1,72 @@
+// Transports of small scenes, for tests.
+#pragma once
+
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "server/transport/transport.h"
+#include "tests/scenes/placed.h"
+#include "tests/scenes/scenes.h"
+
+namespace gonio::transport {
+
+// Enough where detail proves nothing.
+inline const SurfelSettings kFew{.least = 1000, .most = 4000};
+
+// A scene's transport with all links but the reversed ones, and direct light of an isotropic source of 1 cd.
+struct Made {
+    explicit Made(const Scene& scene, const SurfelSettings& settings = {})
+        : geometry(std::make_shared<const trace::Geometry>(scene.asset)),
+          light(geometry->local(scene.lights.at(0).position)),
+          builder(geometry, {light}, settings, kMostForwardLinks, false, false) {
+        builder.wait();
+        transport = builder.newest();
+        const Surfels& s = surfels();
+        irradiance.direct.assign(s.count, glm::vec4(0.0f));
+        for (std::size_t i = 0; i < s.count; ++i) {
+            const glm::vec3 p = s.lit_at(i), to = light - p;
+            const float d2 = glm::dot(to, to), cosine = glm::dot(to, s.normal(i)) / std::sqrt(d2);
+            if (cosine <= 0.0f || glm::dot(to, s.geometric[i]) <= 0.0f) continue;
+            if (geometry->occluded(p + s.geometric[i] * (4.0f * geometry->step_off(p)), light)) continue;
+            irradiance.direct[i] = glm::vec4(glm::vec3(cosine / d2), 0.0f);
+        }
+        Pool pool;
+        solve_to_the_end(irradiance, pool);
+    }
+    void solve_to_the_end(Irradiance& lit, Pool& pool) const {
+        do {
+            solve(surfels(), transport->links, {}, {}, kAtRest, lit, pool);
+        } while (lit.resumes);
+    }
+    const Surfels& surfels() const { return transport->surface->surfels; }
+    // Mean over the surfels' areas, of one channel.
+    double mean(const std::vector<glm::vec4>& values) const {
+        double sum = 0.0, area = 0.0;
+        for (std::size_t i = 0; i < surfels().count; ++i) {
+            sum += static_cast<double>(surfels().area_m2[i]) * static_cast<double>(values[i].g);
+            area += static_cast<double>(surfels().area_m2[i]);
+        }
+        return sum / area;
+    }
+
+    std::shared_ptr<const trace::Geometry> geometry;
+    glm::vec3 light;
+    Builder builder;
+    std::shared_ptr<const Transport> transport;
+    Irradiance irradiance;
+};
+
+// A closed room of one reflectance from the origin to `size`.
+inline Scene room(const glm::dvec3& size, float reflectance, const glm::dvec3& light) {
+    const double x = size.x, y = size.y, z = size.z;
+    const Mesh faces[] = {
+        test::quad({0, 0, z}, {x, 0, z}, {x, 0, 0}, {0, 0, 0}), test::quad({0, y, 0}, {x, y, 0}, {x, y, z}, {0, y, z}),
+        test::quad({0, 0, 0}, {x, 0, 0}, {x, y, 0}, {0, y, 0}), test::quad({x, 0, z}, {0, 0, z}, {0, y, z}, {x, y, z}),
+        test::quad({0, 0, z}, {0, 0, 0}, {0, y, 0}, {0, y, z}), test::quad({x, 0, 0}, {x, 0, z}, {x, y, z}, {x, y, 0})};
+    std::vector<test::Piece> pieces;
+    for (const Mesh& mesh : faces) pieces.push_back({mesh, glm::vec3(reflectance)});
+    return test::scene_with(pieces, test::isotropic(1.0), light);
+}
+
+}  // namespace gonio::transport
