@@ -24,6 +24,7 @@
 
 #include "client/connection/connection.h"
 #include "server/app/http_options.h"
+#include "server/assets/picture_module.h"
 #include "server/base/descriptor.h"
 #include "server/gl/context.h"
 #include "server/inputs/udp_socket.h"
@@ -211,6 +212,14 @@ Finding check_encoder(const Options& options) {
                   : "give a libavcodec that has libx264, as Debian's libavcodec59 does; until then pictures are JPEGs"};
 }
 
+// Textures, captures and sequences go through a library that is opened when it is needed.
+Finding check_pictures() {
+    const auto png = encode_png({1, 1, {0, 0, 0}});
+    if (png) return {"pictures", State::ok, "Textures and captures are read and written.", ""};
+    return {"pictures", State::warning, "Textures and captures cannot be read or written: " + png.error().text(),
+            std::string("put ") + kPictureModuleFile + " beside goniod, or into lib/gonio of where it is installed"};
+}
+
 const char* name_of(State state) {
     return state == State::ok ? "ok" : state == State::warning ? "warning" : "fault";
 }
@@ -374,7 +383,7 @@ int run_doctor(const Options& options) {
     std::vector<Finding> findings = check_options(options);
     const auto add = [&](std::vector<Finding> more) { std::ranges::move(more, std::back_inserter(findings)); };
     add(check_graphics(options, machine));
-    add({check_encoder(options)});
+    add({check_encoder(options), check_pictures()});
     add(check_ports(options));
     add(check_devices(options, machine));
     rlimit descriptors{};

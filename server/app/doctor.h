@@ -11,7 +11,7 @@ namespace gonio {
 
 struct Finding {
     enum class State { ok, warning, fault };  // warning: it works, with less than it could; fault: it does not start
-    // "options", "egl", "gpu", "encoder", "port", "device", "time", "buffer", "descriptors", "leader"
+    // "options", "egl", "gpu", "encoder", "pictures", "port", "device", "time", "buffer", "descriptors", "leader"
     std::string check;
     State state = State::ok;
     std::string found;  // a sentence

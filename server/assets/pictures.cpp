@@ -1,7 +1,6 @@
-// Images of glTF files, and captured pictures, <-> EXR, PNG and JPEG bytes, by OpenImageIO; WebP by libwebp, because
-// OpenImageIO's reader multiplies colours by alpha in 8 bit.
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
+// Images of glTF files, and captured pictures, <-> EXR, PNG and JPEG bytes, by the module server/pictures; WebP by
+// libwebp, because OpenImageIO's reader multiplies colours by alpha in 8 bit.
+#include <dlfcn.h>
 #include <webp/decode.h>
 
 #include <algorithm>
@@ -11,41 +10,30 @@
 #include "server/assets/assets.h"
 #include "server/assets/exr.h"
 #include "server/assets/gltf_import.h"
+#include "server/assets/picture_module.h"
 
 namespace gonio {
 namespace {
 
-Error refused(std::string place, std::string message) {
-    return Error{"bad_image", std::move(place), "", std::move(message)};
+// The module, opened at the first call and never closed; or why it cannot be opened.
+const Result<const PictureModule*>& picture_module() {
+    static const Result<const PictureModule*> opened = []() -> Result<const PictureModule*> {
+        void* const library = dlopen(kPictureModuleFile, RTLD_NOW | RTLD_LOCAL);
+        void* const symbol = library != nullptr ? dlsym(library, kPictureModuleSymbol) : nullptr;
+        if (symbol == nullptr)
+            return Error{"unsupported", kPictureModuleFile, "",
+                         std::string("pictures cannot be read or written: ") + dlerror()};
+        return reinterpret_cast<const PictureModule* (*)()>(symbol)();
+    }();
+    return opened;
 }
 
-// format: file extension that selects the writer. pixels: width * height * channels values of pixel_type.
-Result<std::vector<std::byte>> encode(const std::string& format, const OIIO::ImageSpec& spec,
-                                      const OIIO::TypeDesc& pixel_type, const void* pixels, std::size_t values) {
-    if (spec.width <= 0 || spec.height <= 0 || values != spec.image_pixels() * spec.nchannels) {
-        return refused(format, "the picture's size and its number of values do not agree");
-    }
-    std::vector<unsigned char> bytes;
-    OIIO::Filesystem::IOVecOutput sink(bytes);
-    const std::string name = "picture." + format;
-    auto output = OIIO::ImageOutput::create(name);
-    if (!output || !output->supports("ioproxy")) return refused(format, "this format cannot be written to memory");
-    output->set_ioproxy(&sink);
-    if (!output->open(name, spec) || !output->write_image(pixel_type, pixels) || !output->close()) {
-        return refused(format, output->geterror());
-    }
-    const auto* first = reinterpret_cast<const std::byte*>(bytes.data());
-    return std::vector<std::byte>(first, first + bytes.size());
-}
-
-// Result: why an image of this size is refused, if it is.
-std::optional<Error> check_size(int width_px, int height_px, std::size_t max_pixels, const std::string& where) {
-    const std::string size = std::to_string(width_px) + "x" + std::to_string(height_px);
-    if (width_px <= 0 || height_px <= 0) return Error{"bad_image", where, size, "the image has no pixels"};
-    if (width_px > kMaxImagePx || height_px > kMaxImagePx ||
-        static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px) > max_pixels)
-        return Error{"too_large", where, size, "the image, or all images together, are too large"};
-    return std::nullopt;
+// Result: what the module's function returns, or why there is no module.
+template <typename Value, typename... Parameters, typename... Arguments>
+Result<Value> by_module(Result<Value> (*PictureModule::*function)(Parameters...), Arguments&&... arguments) {
+    const Result<const PictureModule*>& module = picture_module();
+    if (!module) return module.error();
+    return ((*module)->*function)(std::forward<Arguments>(arguments)...);
 }
 
 struct Size {
@@ -104,7 +92,8 @@ void add_exr_texts(ExrHeader& header, const std::string& unit, bool denoised) {
 
 Result<std::vector<std::byte>> encode_exr(const FloatPicture& picture, const std::string& unit, bool denoised,
                                           bool half) {
-    if (picture.channels != 1 && picture.channels != 3) return refused("exr", "an EXR has one or three channels");
+    if (picture.channels != 1 && picture.channels != 3)
+        return Error{"bad_image", "exr", "", "an EXR has one or three channels"};
     ExrHeader header;
     add_exr_texts(header, unit, denoised);
     return encode_exr_layers(picture.width_px, picture.height_px, exr_layers_of(picture), header, half);
@@ -112,90 +101,27 @@ Result<std::vector<std::byte>> encode_exr(const FloatPicture& picture, const std
 
 Result<std::vector<std::byte>> encode_exr_layers(int width_px, int height_px, std::span<const ExrLayer> layers,
                                                  const ExrHeader& header, bool half) {
-    OIIO::ImageSpec spec(width_px, height_px, 0, half ? OIIO::TypeDesc(OIIO::TypeDesc::HALF) : OIIO::TypeFloat);
-    spec.channelnames.clear();
-    for (const ExrLayer& layer : layers)
-        spec.channelnames.insert(spec.channelnames.end(), layer.channels.begin(), layer.channels.end());
-    spec.nchannels = static_cast<int>(spec.channelnames.size());
-    const auto pixels = static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px),
-               channels = spec.channelnames.size();
-    std::vector<float> values(pixels * channels);
-    std::size_t first = 0;
-    for (const ExrLayer& layer : layers) {
-        const std::size_t own = layer.channels.size();
-        if (layer.values.size() != pixels * own)
-            return refused("exr", "the layer " + layer.channels.front() + " has another size");
-        for (std::size_t i = 0; i < pixels; ++i)
-            std::copy_n(&layer.values[i * own], own, &values[i * channels + first]);
-        first += own;
-    }
-    spec.attribute("compression", "zip");
-    spec.attribute("oiio:ColorSpace", "Linear");
-    if (!header.date.empty()) spec.attribute("DateTime", header.date);
-    for (const auto& [name, text] : header.texts) {
-        if (name == "gonio:denoised")
-            spec.attribute(name, 1);
-        else
-            spec.attribute(name, text);
-    }
-    return encode("exr", spec, OIIO::TypeFloat, values.data(), values.size());
+    return by_module(&PictureModule::write_exr, width_px, height_px, layers, header, half);
 }
 
 Result<std::vector<std::byte>> encode_png(const BytePicture& picture) {
-    OIIO::ImageSpec spec(picture.width_px, picture.height_px, 3, OIIO::TypeUInt8);
-    spec.attribute("oiio:ColorSpace", "sRGB");
-    return encode("png", spec, OIIO::TypeUInt8, picture.rgb.data(), picture.rgb.size());
+    return by_module(&PictureModule::write_png, picture);
 }
 
 Result<std::vector<std::byte>> encode_rgba_png(const Image& image) {
-    OIIO::ImageSpec spec(image.width_px, image.height_px, 4, OIIO::TypeUInt8);
-    spec.attribute("oiio:ColorSpace", image.linear ? "Linear" : "sRGB");
-    spec.attribute("oiio:UnassociatedAlpha", 1);
-    return encode("png", spec, OIIO::TypeUInt8, image.rgba.data(), image.rgba.size());
+    return by_module(&PictureModule::write_rgba_png, image);
 }
 
 Result<std::vector<std::byte>> encode_jpeg(const BytePicture& picture, int quality_percent) {
-    OIIO::ImageSpec spec(picture.width_px, picture.height_px, 3, OIIO::TypeUInt8);
-    spec.attribute("compression", "jpeg:" + std::to_string(quality_percent));
-    spec.attribute("oiio:ColorSpace", "sRGB");
-    return encode("jpg", spec, OIIO::TypeUInt8, picture.rgb.data(), picture.rgb.size());
+    return by_module(&PictureModule::write_jpeg, picture, quality_percent);
 }
 
 Result<FloatPicture> read_picture(const std::string& path) {
-    auto input = OIIO::ImageInput::open(path);
-    if (!input) return refused(path, OIIO::geterror());
-    const OIIO::ImageSpec& spec = input->spec();
-    if (spec.width <= 0 || spec.height <= 0 || spec.width > 2 * kMaxImagePx || spec.height > 2 * kMaxImagePx) {
-        return refused(path, "the picture's size is out of range");
-    }
-    FloatPicture picture;
-    picture.width_px = spec.width;
-    picture.height_px = spec.height;
-    picture.channels = spec.nchannels >= 3 ? 3 : 1;
-    picture.values.resize(spec.image_pixels() * picture.channels);
-    if (!input->read_image(0, 0, 0, picture.channels, OIIO::TypeFloat, picture.values.data())) {
-        return refused(path, input->geterror());
-    }
-    return picture;
+    return by_module(&PictureModule::read_floats, path);
 }
 
 Result<ExrFile> read_exr(const std::string& path) {
-    auto input = OIIO::ImageInput::open(path);
-    if (!input) return refused(path, OIIO::geterror());
-    const OIIO::ImageSpec& spec = input->spec();
-    if (spec.width <= 0 || spec.height <= 0 || spec.width > 2 * kMaxImagePx || spec.height > 2 * kMaxImagePx ||
-        spec.nchannels < 1 || spec.nchannels > 64)
-        return refused(path, "the picture's size is out of range");
-    ExrFile file;
-    file.width_px = spec.width;
-    file.height_px = spec.height;
-    std::vector<float> values(spec.image_pixels());
-    for (int c = 0; c < spec.nchannels; ++c) {
-        if (!input->read_image(0, 0, c, c + 1, OIIO::TypeFloat, values.data())) return refused(path, input->geterror());
-        file.channels[spec.channelnames[static_cast<std::size_t>(c)]] = values;
-    }
-    for (const auto& attribute : spec.extra_attribs) file.texts[attribute.name().string()] = attribute.get_string();
-    return file;
+    return by_module(&PictureModule::read_layers, path);
 }
 
 Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& where, std::size_t max_pixels) {
@@ -208,40 +134,7 @@ Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& 
     if (const auto said = jpeg ? jpeg_size(bytes) : std::nullopt) {
         if (auto error = check_size(said->width_px, said->height_px, max_pixels, where)) return *error;
     }
-    OIIO::Filesystem::IOMemReader source(const_cast<std::byte*>(bytes.data()), bytes.size());
-    OIIO::ImageSpec config;
-    config.attribute("oiio:UnassociatedAlpha", 1);
-    const auto input = OIIO::ImageInput::create(png ? "png" : "jpeg");
-    if (!input) return Error{"unsupported", where, png ? "PNG" : "JPEG", "OpenImageIO was built without this format"};
-    input->set_ioproxy(&source);
-    OIIO::ImageSpec spec;
-    if (!input->open(png ? "image.png" : "image.jpg", spec, config)) {
-        return Error{"bad_image", where, "", "the image cannot be decoded: " + input->geterror()};
-    }
-    const std::string size = std::to_string(spec.width) + "x" + std::to_string(spec.height);
-    if (spec.nchannels < 1 || spec.nchannels > 4)
-        return Error{"bad_image", where, size, "the image has an odd number of channels"};
-    if (auto error = check_size(spec.width, spec.height, max_pixels, where)) return *error;
-    const std::size_t pixels = spec.image_pixels();
-    const auto channels = static_cast<std::size_t>(spec.nchannels);
-    std::vector<std::uint8_t> read(pixels * channels);
-    if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeUInt8, read.data())) {
-        return Error{"bad_image", where, size, "the image cannot be decoded: " + input->geterror()};
-    }
-    Image image;
-    image.width_px = spec.width;
-    image.height_px = spec.height;
-    image.rgba.resize(pixels * 4);
-    for (std::size_t i = 0; i < pixels; ++i) {
-        const std::uint8_t* from = &read[i * channels];
-        std::uint8_t* to = &image.rgba[i * 4];
-        const bool grey = channels < 3;
-        to[0] = from[0];
-        to[1] = grey ? from[0] : from[1];
-        to[2] = grey ? from[0] : from[2];
-        to[3] = channels == 2 ? from[1] : channels == 4 ? from[3] : std::uint8_t{255};
-    }
-    return image;
+    return by_module(&PictureModule::decode, bytes, png, where, max_pixels);
 }
 
 Result<BytePicture> decode_picture(std::span<const std::byte> bytes, const std::string& where) {
