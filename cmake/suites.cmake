@@ -3,7 +3,7 @@
 # start, which is 0.2 s where OpenImageIO is linked. ctest reads the names from TARGET, once after it was linked.
 function(gonio_suites name target)
     cmake_parse_arguments(PARSE_ARGV 2 suites "" "ONLY;EXCEPT" "PROPERTIES")
-    set(file ${CMAKE_CURRENT_BINARY_DIR}/${name}.suites.cmake)
+    set(file ${CMAKE_CURRENT_BINARY_DIR}/${name}.${target}.suites.cmake)
     set(properties "")
     foreach(word IN LISTS suites_PROPERTIES)
         string(APPEND properties " [==[${word}]==]")

@@ -1,4 +1,5 @@
 #include "client/cli/output.h"
+#include "protocol/schema/console.pb.h"
 
 #include <cstdio>
 

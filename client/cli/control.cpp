@@ -4,6 +4,8 @@
 
 #include "client/cli/cli.h"
 #include "client/cli/commands.h"
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/measure.pb.h"
 #include "protocol/schema/words.h"
 
 namespace gonio {

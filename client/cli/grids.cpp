@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "ies/core/printed.h"
+#include "protocol/schema/grid.pb.h"
 #include "protocol/schema/words.h"
 
 namespace gonio {

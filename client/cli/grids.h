@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 
 namespace gonio {
 

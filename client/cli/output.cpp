@@ -8,7 +8,13 @@
 #include <numbers>
 
 #include "protocol/schema/codec.h"
+#include "protocol/schema/cue.pb.h"
+#include "protocol/schema/library.pb.h"
+#include "protocol/schema/measure.pb.h"
 #include "protocol/schema/property.h"
+#include "protocol/schema/report.pb.h"
+#include "protocol/schema/scene.pb.h"
+#include "protocol/schema/state.pb.h"
 
 namespace gonio {
 namespace {

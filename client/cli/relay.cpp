@@ -15,6 +15,8 @@
 #include "client/relay/media_time.h"
 #include "client/relay/nal_units.h"
 #include "client/relay/rtp_output.h"
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/session.pb.h"
 #include "protocol/schema/words.h"
 
 namespace gonio {

@@ -9,6 +9,9 @@
 #include "client/cli/cli.h"
 #include "client/cli/output.h"
 #include "protocol/schema/codec.h"
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/measure.pb.h"
+#include "protocol/schema/session.pb.h"
 
 namespace gonio {
 

@@ -2,6 +2,8 @@
 #include <cstdio>
 
 #include "client/cli/output.h"
+#include "protocol/schema/library.pb.h"
+#include "protocol/schema/show.pb.h"
 
 namespace gonio {
 

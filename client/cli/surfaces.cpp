@@ -4,6 +4,7 @@
 #include <set>
 
 #include "protocol/schema/property.h"
+#include "protocol/schema/surface.pb.h"
 #include "protocol/schema/words.h"
 #include "protocol/surface/surface_map.h"
 

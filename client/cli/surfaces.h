@@ -5,7 +5,8 @@
 #include <string>
 
 #include "ies/core/result.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
+#include "protocol/schema/surface.pb.h"
 #include "protocol/schema/word_table.h"
 
 namespace gonio {

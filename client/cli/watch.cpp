@@ -4,6 +4,7 @@
 #include "client/cli/cli.h"
 #include "client/cli/commands.h"
 #include "client/cli/output.h"
+#include "protocol/schema/gonio.pb.h"
 #include "protocol/schema/words.h"
 
 namespace gonio {

@@ -14,6 +14,8 @@
 #include <cstring>
 
 #include "protocol/schema/codec.h"
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/session.pb.h"
 
 namespace gonio {
 namespace {

@@ -13,6 +13,7 @@
 #include "ies/core/result.h"
 #include "protocol/schema/frame_header.h"
 #include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 
 namespace gonio {
 

@@ -8,6 +8,7 @@
 #include "ies/synthetic.h"
 #include "protocol/dmx/artnet.h"
 #include "protocol/dmx/e131.h"
+#include "protocol/schema/console.pb.h"
 #include "protocol/schema/name_list.h"
 
 namespace gonio {

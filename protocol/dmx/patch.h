@@ -13,7 +13,8 @@
 
 #include "ies/core/result.h"
 #include "protocol/dmx/dmx.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/console.pb.h"
+#include "protocol/schema/messages.h"
 #include "protocol/schema/property.h"
 
 namespace gonio {

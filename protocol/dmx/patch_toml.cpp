@@ -2,6 +2,7 @@
 
 #include "ies/core/number_text.h"
 #include "protocol/dmx/patch.h"
+#include "protocol/schema/console.pb.h"
 #include "protocol/text/toml_read.h"
 
 namespace gonio {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <functional>
 
+#include "protocol/schema/console.pb.h"
+
 namespace gonio {
 namespace {
 

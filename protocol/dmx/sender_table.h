@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "protocol/dmx/dmx.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/console.pb.h"
 
 namespace gonio {
 

@@ -5,7 +5,10 @@
 #include <string_view>
 
 #include "ies/core/text.h"
+#include "protocol/schema/cue.pb.h"
 #include "protocol/schema/cue_number.h"
+#include "protocol/schema/light.pb.h"
+#include "protocol/schema/state.pb.h"
 
 namespace gonio {
 namespace {

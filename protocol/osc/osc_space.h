@@ -9,7 +9,7 @@
 
 #include "ies/core/result.h"
 #include "protocol/osc/osc.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "protocol/schema/property.h"
 
 namespace gonio {

@@ -8,6 +8,9 @@
 
 #include <algorithm>
 
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/session.pb.h"
 #include "protocol/text/text_bytes.h"
 
 namespace gonio {

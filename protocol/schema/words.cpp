@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/light.pb.h"
 #include "protocol/schema/property.h"
 #include "protocol/schema/traced_words.h"
 

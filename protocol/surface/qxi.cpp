@@ -4,6 +4,7 @@
 #include <pugixml.hpp>
 #include <set>
 
+#include "protocol/schema/surface.pb.h"
 #include "protocol/surface/surface_toml.h"
 #include "protocol/text/text_bytes.h"
 

@@ -9,6 +9,7 @@
 #include "protocol/schema/cue_number.h"
 #include "protocol/schema/name_list.h"
 #include "protocol/schema/property.h"
+#include "protocol/schema/surface.pb.h"
 
 namespace gonio {
 namespace {

@@ -1,4 +1,4 @@
-// What the controls of control surfaces drive: checks and arithmetic on the rows of gonio.proto. Pure.
+// What the controls of control surfaces drive: checks and arithmetic on the rows of surface.proto. Pure.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "ies/core/result.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 
 namespace gonio {
 

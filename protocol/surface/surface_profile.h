@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/surface.pb.h"
 #include "protocol/surface/midi.h"
 
 namespace gonio {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocol/schema/surface.pb.h"
 #include "protocol/surface/surface_map.h"
 
 namespace gonio {

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "protocol/schema/gonio.pb.h"
 #include "protocol/schema/property.h"
+#include "protocol/schema/surface.pb.h"
 #include "protocol/surface/surface_profile.h"
 
 namespace gonio {

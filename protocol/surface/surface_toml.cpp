@@ -4,6 +4,7 @@
 #include <set>
 
 #include "protocol/schema/property.h"
+#include "protocol/schema/surface.pb.h"
 #include "protocol/surface/surface_map.h"
 #include "protocol/text/text_bytes.h"
 #include "protocol/text/toml_read.h"

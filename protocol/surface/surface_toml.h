@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "ies/core/result.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "protocol/surface/surface_profile.h"
 
 namespace gonio {

@@ -13,6 +13,8 @@
 #include <spdlog/spdlog.h>
 
 #include "client/web/page.h"
+#include "protocol/schema/session.pb.h"
+#include "protocol/schema/state.pb.h"
 #include "server/app/http_options.h"
 #include "server/app/log.h"
 #include "server/app/stop_on_signal.h"

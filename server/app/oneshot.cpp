@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "protocol/schema/measure.pb.h"
 #include "protocol/schema/words.h"
 #include "server/app/stop_on_signal.h"
 #include "server/base/atomic_file.h"

@@ -7,7 +7,8 @@
 #include <spdlog/spdlog.h>
 
 #include "protocol/dmx/patch_toml.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/scene.pb.h"
 #include "protocol/schema/upload_name.h"
 #include "protocol/surface/surface_toml.h"
 #include "server/app/bake_job.h"

@@ -4,6 +4,8 @@
 
 #include <stdexcept>
 
+#include "protocol/schema/session.pb.h"
+
 namespace gonio {
 
 LaneEncoders::Setup encoder_setup(const Options& options, int width_px, int height_px) {

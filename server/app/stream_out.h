@@ -5,7 +5,7 @@
 #include <functional>
 #include <memory>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "server/app/options.h"
 #include "server/http/http_server.h"
 #include "server/stream/lane_feed.h"

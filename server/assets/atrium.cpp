@@ -12,7 +12,6 @@
 namespace gonio {
 namespace {
 
-constexpr double kTau = 2.0 * std::numbers::pi;
 // Metres. The court runs along X; the two colonnades stand at Z = +-kRow, the walls at +-kHalfDepth.
 constexpr double kHalfLength = 12.0, kHalfDepth = 6.0, kHeight = 10.0;
 constexpr double kRow = 3.6;
@@ -24,7 +23,7 @@ constexpr double kSpring = kBase + kShaft + kCapital;  // where the arches begin
 constexpr double kGallery = 5.4;                       // floor of the upper storey
 constexpr double kSlab = 0.3;                          // its thickness
 constexpr double kUpperScale = 0.72;                   // of the upper columns
-constexpr double kRadius = 0.34;
+constexpr double kColumnRadius = 0.34;
 
 struct Parts {
     int base, shaft, capital, plinth, bay, baluster;
@@ -35,7 +34,7 @@ glm::dvec3 shaft_surface(double u, double v) {
     const double taper = 1.0 - 0.14 * std::pow(v, 1.7);
     const double run_out = std::min(1.0, 12.0 * std::min(v, 1.0 - v));
     const double flute = 0.5 + 0.5 * std::cos(20.0 * kTau * u);
-    const double radius = kRadius * taper * (1.0 - 0.085 * run_out * flute * flute);
+    const double radius = kColumnRadius * taper * (1.0 - 0.085 * run_out * flute * flute);
     return {radius * std::cos(kTau * u), kBase + kShaft * v, -radius * std::sin(kTau * u)};
 }
 
@@ -44,7 +43,7 @@ glm::dvec3 capital_surface(double u, double v) {
     const double leaf = 0.5 + 0.5 * std::cos(8.0 * kTau * u);
     const double bell = 0.86 + 0.62 * v * v;
     const double curl = 0.16 * leaf * std::sin(std::numbers::pi * std::min(1.0, 1.35 * v));
-    const double radius = kRadius * (bell + curl);
+    const double radius = kColumnRadius * (bell + curl);
     return {radius * std::cos(kTau * u), kBase + kShaft + 0.86 * kCapital * v, -radius * std::sin(kTau * u)};
 }
 
@@ -106,7 +105,7 @@ Parts make_parts(SceneAsset& scene, int stone) {
     Parts parts{};
     Mesh base, shaft, capital, plinth, baluster;
     add_box(base, {-0.5, 0.0, -0.5}, {0.5, 0.12, 0.5}, kNoBottom);
-    add_lathe(base, {{0.48, 0.12}, {0.48, 0.2}, {0.42, 0.24}, {0.40, 0.28}, {0.44, 0.32}, {kRadius, kBase}}, 40);
+    add_lathe(base, {{0.48, 0.12}, {0.48, 0.2}, {0.42, 0.24}, {0.40, 0.28}, {0.44, 0.32}, {kColumnRadius, kBase}}, 40);
     add_surface(shaft, shaft_surface, 120, 18, true, false, {2.0, 2.8});
     add_surface(capital, capital_surface, 64, 10, true, false, {2.0, 0.5});
     add_box(capital, {-0.56, kSpring - 0.07, -0.4}, {0.56, kSpring, 0.4});

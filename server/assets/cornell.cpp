@@ -12,7 +12,6 @@ namespace {
 constexpr double kHalf = 2.0;    // m, half the room's width and depth
 constexpr double kHeight = 4.0;  // m
 constexpr double kBox = 1.2;     // m, side of the lower box, half the height of the tall one
-constexpr double kTau = 2.0 * std::numbers::pi;
 
 // A rope with three lobes, turning as it runs along a trefoil knot: p(u) on a torus, its cross section over v.
 glm::dvec3 knot(double u, double v) {

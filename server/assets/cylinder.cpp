@@ -11,7 +11,7 @@
 namespace gonio {
 namespace {
 
-constexpr double kRadius = 8.0, kHalf = 20.0;                                            // m; the axis is Z
+constexpr double kCylinderRadius = 8.0, kHalf = 20.0;                                    // m; the axis is Z
 constexpr double kStripWidth = 0.1;                                                      // m
 constexpr double kLuminance = 10'000.0;                                                  // cd/m², of every strip
 constexpr float kReflectance = 0.15f;                                                    // of all surfaces
@@ -47,14 +47,14 @@ std::shared_ptr<const SceneAsset> make_cylinder(int facets) {
     // A facet's middle lies at azimuth 0, where a strip is.
     const auto rim = [&](int i, double z) {
         const double azimuth = step * (i + 0.5);
-        return glm::dvec3(kRadius * std::cos(azimuth), kRadius * std::sin(azimuth), z);
+        return glm::dvec3(kCylinderRadius * std::cos(azimuth), kCylinderRadius * std::sin(azimuth), z);
     };
     Mesh wall;
     for (int i = 0; i <= facets; ++i) {
         for (const double z : {-kHalf, kHalf}) {
             const glm::dvec3 p = rim(i % facets, z);
             wall.vertices.push_back({glm::vec3(p),
-                                     glm::vec3(-p.x / kRadius, -p.y / kRadius, 0.0),
+                                     glm::vec3(-p.x / kCylinderRadius, -p.y / kCylinderRadius, 0.0),
                                      {static_cast<float>(i) / static_cast<float>(facets), z > 0.0 ? 0.0f : 1.0f}});
         }
     }
@@ -71,7 +71,7 @@ std::shared_ptr<const SceneAsset> make_cylinder(int facets) {
             const glm::dvec3 p = rim(i, end * kHalf);
             cap.vertices.push_back({glm::vec3(p),
                                     {0.0f, 0.0f, static_cast<float>(-end)},
-                                    glm::vec2(0.5 + 0.5 * p.x / kRadius, 0.5 + 0.5 * p.y / kRadius)});
+                                    glm::vec2(0.5 + 0.5 * p.x / kCylinderRadius, 0.5 + 0.5 * p.y / kCylinderRadius)});
         }
         for (int i = 0; i < facets; ++i) {
             const auto a = static_cast<std::uint32_t>(1 + i), b = static_cast<std::uint32_t>(1 + (i + 1) % facets);
@@ -79,7 +79,7 @@ std::shared_ptr<const SceneAsset> make_cylinder(int facets) {
         }
         add_instance(*scene, add_mesh(*scene, std::move(cap), grey), end < 0.0 ? "south cap" : "north cap");
     }
-    const double apothem = kRadius * std::cos(0.5 * step);
+    const double apothem = kCylinderRadius * std::cos(0.5 * step);
     for (std::size_t plain = 0; plain < kStrips.size(); ++plain) {
         const auto [from, to] = kStrips[plain];
         const auto profile = strip(plain == 0 ? "south strip" : "north strip", to - from);

@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr const char* kExtension = "KHR_draco_mesh_compression";
+constexpr const char* kDraco = "KHR_draco_mesh_compression";
 constexpr std::size_t kMostDecoderBytes = std::size_t{4} << 30;  // what the decoder may hold beside its result
 
 bool has_bytes(const Json& accessor) {
@@ -53,8 +53,8 @@ Wanted wanted_of(const Json& accessors, const Json& primitive, const Json& compr
 }
 
 std::optional<Error> expand(GltfExpansion& expansion, Json& primitive, const std::string& primitive_where) {
-    const Json& compressed = primitive["extensions"][kExtension];
-    const std::string where = primitive_where + "/extensions/" + kExtension;
+    const Json& compressed = primitive["extensions"][kDraco];
+    const std::string where = primitive_where + "/extensions/" + kDraco;
     Json& accessors = expansion.document["accessors"];
     if (!primitive.contains("indices") || !primitive["attributes"].contains("POSITION"))
         return Error{"bad_gltf", primitive_where, "", "a Draco primitive names accessors for positions and indices"};
@@ -101,7 +101,7 @@ std::optional<Error> expand_draco(GltfExpansion& expansion) {
         Json& primitives = meshes[i]["primitives"];
         for (std::size_t k = 0; k < primitives.size(); ++k) {
             Json& primitive = primitives[k];
-            if (!primitive.contains("extensions") || !primitive["extensions"].contains(kExtension)) continue;
+            if (!primitive.contains("extensions") || !primitive["extensions"].contains(kDraco)) continue;
             const std::string where = "/meshes/" + std::to_string(i) + "/primitives/" + std::to_string(k);
             if (auto error = expand(expansion, primitive, where)) return error;
         }

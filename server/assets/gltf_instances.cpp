@@ -9,15 +9,15 @@
 namespace gonio {
 namespace {
 
-constexpr const char* kExtension = "EXT_mesh_gpu_instancing";
+constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 constexpr std::size_t kBytesOfPlace = 256;  // a matrix and what it is read from
 
 }  // namespace
 
 Result<std::vector<glm::dmat4>> instances_of(GltfImport& import, const tinygltf::Node& node, const std::string& where) {
-    const auto found = node.extensions.find(kExtension);
+    const auto found = node.extensions.find(kInstancing);
     if (found == node.extensions.end()) return std::vector<glm::dmat4>{glm::dmat4(1.0)};
-    const std::string place = where + "/extensions/" + kExtension + "/attributes";
+    const std::string place = where + "/extensions/" + kInstancing + "/attributes";
     const tinygltf::Value& attributes = found->second.Get("attributes");
     std::vector<glm::dmat4> result;
     bool counted = false;

@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr const char* kExtension = "EXT_meshopt_compression";
+constexpr const char* kMeshopt = "EXT_meshopt_compression";
 
 // Whether the element size suits mode and filter (the extension's README, "Specifying compressed views").
 bool suits(const std::string& mode, const std::string& filter, std::size_t count, std::size_t stride) {
@@ -54,8 +54,8 @@ Result<std::vector<std::byte>> decode_meshopt(std::span<const std::byte> bytes, 
 namespace {
 
 std::optional<Error> expand(GltfExpansion& expansion, Json& view, const std::string& view_where) {
-    const Json& compressed = view["extensions"][kExtension];
-    const std::string where = view_where + "/extensions/" + kExtension;
+    const Json& compressed = view["extensions"][kMeshopt];
+    const std::string where = view_where + "/extensions/" + kMeshopt;
     const auto number = [&](const char* member) { return compressed.value(member, std::size_t{0}); };
     const std::size_t count = number("count"), stride = number("byteStride");
     if (count * stride != view["byteLength"].get<std::size_t>() || view.value("byteStride", stride) != stride)
@@ -89,12 +89,12 @@ std::optional<Error> expand_meshopt(GltfExpansion& expansion) {
 }
 
 bool is_meshopt_view(const Json& view) {
-    return view.contains("extensions") && view["extensions"].contains(kExtension);
+    return view.contains("extensions") && view["extensions"].contains(kMeshopt);
 }
 
 bool is_meshopt_fallback(const Json& buffer) {
-    return buffer.contains("extensions") && buffer["extensions"].contains(kExtension) &&
-           buffer["extensions"][kExtension].value("fallback", false);
+    return buffer.contains("extensions") && buffer["extensions"].contains(kMeshopt) &&
+           buffer["extensions"][kMeshopt].value("fallback", false);
 }
 
 std::optional<Error> take_expanded(GltfExpansion& expansion, std::size_t bytes, const std::string& where) {

@@ -4,11 +4,14 @@
 
 #include <functional>
 #include <glm/glm.hpp>
+#include <numbers>
 #include <string>
 
 #include "server/scene/scene.h"
 
 namespace gonio {
+
+inline constexpr double kTau = 2.0 * std::numbers::pi;
 
 // A flat quadrilateral a, b, c, d (counter-clockwise from the front); uv runs 0..uv_size from a to c.
 void add_quad(Mesh& mesh, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, const glm::dvec3& d,

@@ -8,8 +8,6 @@
 namespace gonio {
 namespace {
 
-constexpr double kTau = 2.0 * std::numbers::pi;
-
 // IEC 61966-2-1.
 std::uint8_t srgb_byte(double linear) {
     const double x = std::clamp(linear, 0.0, 1.0);

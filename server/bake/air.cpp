@@ -10,7 +10,7 @@ namespace gonio::bake {
 namespace {
 
 constexpr int kOpeningPoints = 16;  // of a cell of the volume
-constexpr int kTile = 256;
+constexpr int kAirTile = 256;
 
 // Result: how far a point is from a luminaire's opening, of its bounding box, m.
 double beside(const trace::Luminaire& luminaire, bool point, const glm::dvec3& p) {
@@ -56,7 +56,7 @@ AirVolume air_volume(const trace::Geometry& geometry, const trace::Luminaire& lu
                          0.0f);
     volume.lx = volume.passed;
     const bool point = !settings.openings || luminaire.is_point();
-    const bool whole = work.tiles(static_cast<int>(volume.passed.size()), kTile, [&](int first, int end) {
+    const bool whole = work.tiles(static_cast<int>(volume.passed.size()), kAirTile, [&](int first, int end) {
         for (int i = first; i < end; ++i) {
             const glm::ivec3 at(i % volume.size.x, i / volume.size.x % volume.size.y,
                                 i / volume.size.x / volume.size.y);

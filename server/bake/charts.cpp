@@ -25,10 +25,6 @@ struct Triangle {
 
 using Flat = std::array<glm::dvec2, 3>;
 
-double cross(const glm::dvec2& a, const glm::dvec2& b) {
-    return a.x * b.y - a.y * b.x;
-}
-
 // Whether two triangles share more than roundings: no edge of either parts them (separating axes).
 bool overlap(const Flat& a, const Flat& b) {
     const auto size = [](const Flat& t) {

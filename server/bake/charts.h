@@ -10,6 +10,11 @@
 
 namespace gonio::bake {
 
+// Result: the area that two edges span, with its sign.
+inline double cross(const glm::dvec2& a, const glm::dvec2& b) {
+    return a.x * b.y - a.y * b.x;
+}
+
 // One side of a triangle that a map shows. The backs of one-sided surfaces have none.
 struct Side {
     int instance = 0, triangle = 0;

@@ -8,7 +8,7 @@
 namespace gonio::bake {
 namespace {
 
-constexpr int kTile = 64;                       // texels of one job
+constexpr int kDirectTile = 64;                 // texels of one job
 constexpr int kParts = 4, kPenumbraParts = 32;  // of an opening at least; where some of its rays are stopped
 constexpr float kToLuminaire = 1.0f - 1e-5f;    // a luminaire mounted on a surface is not hidden by it
 
@@ -157,7 +157,7 @@ private:
 
 bool direct_light(const Atlas& atlas, const trace::Geometry& geometry, const trace::Luminaire& luminaire,
                   const DirectSettings& settings, std::span<float> mean, std::span<float> error, Work& work) {
-    return work.tiles(static_cast<int>(atlas.texels.size()), kTile, [&](int first, int end) {
+    return work.tiles(static_cast<int>(atlas.texels.size()), kDirectTile, [&](int first, int end) {
         Receiver receiver(geometry, luminaire, settings);
         std::uint64_t rays = 0;
         for (int i = first; i < end; ++i) {

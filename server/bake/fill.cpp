@@ -7,7 +7,8 @@
 namespace gonio::bake {
 namespace {
 
-constexpr std::array<glm::ivec2, 8> kAround{{{1, 0}, {0, 1}, {-1, 0}, {0, -1}, {1, 1}, {-1, 1}, {-1, -1}, {1, -1}}};
+constexpr std::array<glm::ivec2, 8> kEightAround{
+    {{1, 0}, {0, 1}, {-1, 0}, {0, -1}, {1, 1}, {-1, 1}, {-1, -1}, {1, -1}}};
 
 constexpr char kComputed = 1, kFilled = 2;  // whether a pixel has a value, and which
 
@@ -15,7 +16,7 @@ constexpr char kComputed = 1, kFilled = 2;  // whether a pixel has a value, and 
 template <typename Job>
 void each_neighbour(const Atlas& atlas, std::int32_t pixel, Job job) {
     const int x = pixel % atlas.width, y = pixel / atlas.width;
-    for (const glm::ivec2& step : kAround) {
+    for (const glm::ivec2& step : kEightAround) {
         const int nx = x + step.x, ny = y + step.y;
         if (nx >= 0 && ny >= 0 && nx < atlas.width && ny < atlas.height) job(ny * atlas.width + nx);
     }

@@ -10,7 +10,7 @@
 namespace gonio::bake {
 namespace {
 
-constexpr int kTile = 32;  // texels of one job
+constexpr int kGatherTile = 32;  // texels of one job
 
 }  // namespace
 
@@ -20,7 +20,7 @@ bool gather(const Atlas& atlas, const trace::Geometry& geometry, const GatherSet
             std::span<glm::vec3> irradiance, std::span<float> error, Work& work) {
     const int half_directions = std::max(1, settings.directions / 32) * trace::kPacket;
     const double beyond_m = 4.0 * static_cast<double>(geometry.extent());  // how far air reaches where nothing is
-    return work.tiles(static_cast<int>(atlas.texels.size()), kTile, [&](int first, int end) {
+    return work.tiles(static_cast<int>(atlas.texels.size()), kGatherTile, [&](int first, int end) {
         std::vector<glm::vec3> sum(2 * sources);
         trace::RayPacket rays;
         trace::HitPacket hits;

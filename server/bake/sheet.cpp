@@ -8,10 +8,6 @@ namespace {
 
 constexpr double kNothing = 1e-12;  // texel²: less is rounding
 
-double cross(const glm::dvec2& a, const glm::dvec2& b) {
-    return a.x * b.y - a.y * b.x;
-}
-
 // Sutherland and Hodgman 1974: what of the polygon lies on one side of a line through `limit` along an axis.
 void cut(const Polygon& in, Polygon& out, int axis, double limit, bool above) {
     out.clear();

@@ -10,7 +10,7 @@ namespace gonio::bake {
 namespace {
 
 constexpr double kAboveTexels = 0.1;  // how high over the surface texels look for each other: over what its bend hides
-constexpr std::array<glm::ivec2, 4> kAround{{{1, 0}, {0, 1}, {-1, 0}, {0, -1}}};
+constexpr std::array<glm::ivec2, 4> kFourAround{{{1, 0}, {0, 1}, {-1, 0}, {0, -1}}};
 constexpr int kNone = -1, kHidden = -2;  // labels: nothing is there; inside something
 constexpr int kApart = 2;   // texels within so many of each other share what filtering reads: each side has a gutter
 constexpr int kDetour = 1;  // steps that a way round may be longer: else the two are apart
@@ -19,7 +19,7 @@ constexpr int kDetour = 1;  // steps that a way round may be longer: else the tw
 struct Links {
     glm::ivec2 size;
     std::vector<int> index;                    // of covered, -1: none
-    std::vector<std::array<char, 4>> blocked;  // of covered, by kAround
+    std::vector<std::array<char, 4>> blocked;  // of covered, by kFourAround
     std::vector<char> hidden;                  // of covered: inside something
     std::vector<std::vector<int>> apart;       // of covered: those that must be in other parts
     bool any = false;
@@ -54,7 +54,7 @@ Links look_around(const Sheet& sheet, const Surface& surface) {
     }
     for (std::size_t i = 0; i < count; ++i) {
         for (const std::size_t k : {0u, 1u}) {
-            const int other = links.at(surface.covered[i].at + kAround[k]);
+            const int other = links.at(surface.covered[i].at + kFourAround[k]);
             if (other < 0 || surface.sees(static_cast<int>(i), other)) continue;
             links.any = true;
             links.blocked[i][k] = 1;
@@ -72,7 +72,7 @@ bool way_round(const Surface& surface, const Links& links, int from, int to) {
         next.clear();
         for (const int i : front) {
             for (std::size_t k = 0; k < 4; ++k) {
-                const int other = links.at(surface.at(i) + kAround[k]);
+                const int other = links.at(surface.at(i) + kFourAround[k]);
                 if (other < 0 || links.blocked[static_cast<std::size_t>(i)][k] != 0 ||
                     links.hidden[static_cast<std::size_t>(other)] != 0)
                     continue;
@@ -132,7 +132,7 @@ std::vector<int> label(const Surface& surface, const Links& links, int& parts) {
             const int from = front.front();
             front.pop_front();
             for (std::size_t k = 0; k < 4; ++k) {
-                const int next = links.at(surface.at(from) + kAround[k]);
+                const int next = links.at(surface.at(from) + kFourAround[k]);
                 if (next < 0 || labels[static_cast<std::size_t>(next)] != kNone ||
                     links.blocked[static_cast<std::size_t>(from)][k] != 0)
                     continue;
@@ -174,7 +174,7 @@ Quarters quarter(const Sheet& sheet, const std::vector<Covered>& covered, const 
             const glm::ivec2 from = front.front();
             front.pop_front();
             for (std::size_t k = 0; k < 4; ++k) {
-                const glm::ivec2 next = from + kAround[k];
+                const glm::ivec2 next = from + kFourAround[k];
                 if (next.x < 0 || next.y < 0 || next.x >= quarters.size.x || next.y >= quarters.size.y) continue;
                 if (quarters.at(next) != kHidden) continue;
                 quarters.at(next) = quarters.at(from);
@@ -286,7 +286,7 @@ Parts split_sheet(Sheet sheet, const std::vector<Covered>& covered, const std::v
     }
     for (std::size_t i = 0; i < covered.size(); ++i) {
         for (const std::size_t k : {0u, 1u}) {
-            const int other = links.at(covered[i].at + kAround[k]);
+            const int other = links.at(covered[i].at + kFourAround[k]);
             if (other < 0 || links.blocked[i][k] != 0 || labels[i] < 0 || labels[static_cast<std::size_t>(other)] < 0 ||
                 labels[i] == labels[static_cast<std::size_t>(other)])
                 continue;

@@ -9,8 +9,8 @@
 namespace gonio::bake {
 namespace {
 
-constexpr int kFirst = 32;  // directions after which a texel that met no back is outside
-constexpr int kTile = 256;  // texels of one job
+constexpr int kFirst = 32;          // directions after which a texel that met no back is outside
+constexpr int kValidityTile = 256;  // texels of one job
 
 bool is_solid(const trace::Geometry& geometry, int instance) {
     const Instance& placed = geometry.asset().instances[static_cast<std::size_t>(instance)];
@@ -103,8 +103,8 @@ bool find_invalid(Atlas& atlas, const trace::Geometry& geometry, int threads, co
     const std::vector<char> solids = solids_of(geometry);
     if (std::none_of(solids.begin(), solids.end(), [](char solid) { return solid != 0; })) return true;
     const auto count = static_cast<int>(atlas.texels.size());
-    return trace::parallel((count + kTile - 1) / kTile, threads, false, stop, [&](int tile) {
-        for (int i = tile * kTile; i < std::min(count, (tile + 1) * kTile); ++i) {
+    return trace::parallel((count + kValidityTile - 1) / kValidityTile, threads, false, stop, [&](int tile) {
+        for (int i = tile * kValidityTile; i < std::min(count, (tile + 1) * kValidityTile); ++i) {
             Texel& texel = atlas.texels[static_cast<std::size_t>(i)];
             if (texel.valid && is_inside(geometry, solids, texel)) texel.valid = false;
         }

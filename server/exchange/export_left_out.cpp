@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <set>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/console.pb.h"
 #include "server/exchange/export_parts.h"
 #include "server/exchange/import_report.h"
 #include "server/scene/body.h"

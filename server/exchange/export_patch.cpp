@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <map>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/console.pb.h"
 #include "protocol/schema/property.h"
 #include "server/exchange/export_parts.h"
 #include "server/exchange/mvr.h"

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "protocol/schema/console.pb.h"
 #include "protocol/schema/property.h"
 #include "server/assets/gltf_import.h"
 #include "server/exchange/import_parts.h"
@@ -14,7 +15,6 @@ namespace {
 constexpr std::size_t kMostSlots = 255, kMostPictures = 64;
 constexpr std::size_t kMostPicturePixels = std::size_t{2048} * 2048;
 constexpr int kMostGobo_px = 256;
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 // "Gobo2Pos" -> 2, where `end` is "Pos"; 0 where the attribute is another one.
 int number_in(std::string_view attribute, std::string_view begin, std::string_view end) {

@@ -16,8 +16,6 @@
 namespace gonio::exchange {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
-
 std::string unique_name(ShowImport& import, const std::string& wanted) {
     const std::string base = wanted.empty() ? "fixture" : wanted;
     std::string name = shortened_text(base, kMaxNameBytes);

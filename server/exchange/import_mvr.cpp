@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "ies/core/printed.h"
+#include "protocol/schema/console.pb.h"
 #include "protocol/text/shortened_text.h"
 #include "server/assets/gltf_import.h"
 #include "server/assets/mesh_builder.h"

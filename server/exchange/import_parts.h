@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <set>
 #include <span>
@@ -15,7 +16,7 @@
 #include <vector>
 
 #include "ies/core/zip.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/console.pb.h"
 #include "protocol/text/shortened_text.h"
 #include "server/assets/assets.h"
 #include "server/exchange/gdtf_dmx.h"
@@ -23,6 +24,8 @@
 #include "server/scene/body.h"
 
 namespace gonio::exchange {
+
+inline constexpr double kDegree = std::numbers::pi / 180.0;  // of the files, in radians
 
 // A model that was read once: meshes of a scene with their places, of Y up.
 struct Model {

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "protocol/dmx/patch.h"
+#include "protocol/schema/console.pb.h"
 #include "protocol/text/shortened_text.h"
 #include "server/exchange/axes.h"
 #include "server/exchange/import_parts.h"
@@ -13,8 +14,6 @@
 namespace gonio::exchange {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kDegree = kPi / 180.0;
 struct Look {
     double pan_rad, tilt_rad;
 };
@@ -23,7 +22,7 @@ constexpr std::size_t kHome = 1;
 constexpr auto kLooks = std::to_array<Look>(
     {{0.0, 1.0}, {0.0, 0.0}, {0.0, -1.2}, {0.0, 2.0}, {0.7, 0.5}, {0.7, -1.2}, {-1.9, 1.0}, {-1.9, 2.0}});
 
-constexpr double kMostTurn_rad = 64.0 * kPi;  // of the properties
+constexpr double kMostTurn_rad = 64.0 * std::numbers::pi;  // of the properties
 
 Wanted is(std::string_view attribute) {
     return [attribute](std::string_view one) { return one == attribute; };

@@ -12,6 +12,10 @@
 
 #include <spdlog/spdlog.h>
 
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/library.pb.h"
+#include "protocol/schema/measure.pb.h"
+#include "protocol/schema/state.pb.h"
 #include "server/base/memory_room.h"
 #include "server/exchange/import_mvr.h"
 #include "server/lighting/clusters.h"

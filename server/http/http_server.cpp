@@ -1,3 +1,6 @@
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/session.pb.h"
+#include "protocol/schema/state.pb.h"
 #include "server/http/http_rules.h"
 #include "server/http/lane_metrics.h"
 #include "server/http/sessions.h"

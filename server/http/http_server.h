@@ -16,6 +16,7 @@
 #include "cmake/embedded_file.h"
 #include "ies/core/result.h"
 #include "protocol/schema/codec.h"
+#include "protocol/schema/messages.h"
 #include "server/base/metrics.h"
 #include "server/http/http_limits.h"
 #include "server/http/tokens.h"

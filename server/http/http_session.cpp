@@ -6,6 +6,9 @@
 #include <boost/beast/websocket/rfc6455.hpp>
 #include <optional>
 
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/measure.pb.h"
+#include "protocol/schema/session.pb.h"
 #include "protocol/text/shortened_text.h"
 #include "server/http/http_rules.h"
 #include "server/http/http_target.h"

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "protocol/schema/measure.pb.h"
 #include "protocol/text/text_bytes.h"
 
 namespace gonio {

@@ -9,6 +9,8 @@
 #include <optional>
 #include <string>
 
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/session.pb.h"
 #include "server/http/auth_guard.h"
 #include "server/http/blobs.h"
 #include "server/http/http_server.h"

@@ -1,6 +1,8 @@
 #include "server/http/socket_messages.h"
 
 #include "protocol/schema/frame_header.h"
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/session.pb.h"
 
 namespace gonio {
 

@@ -4,6 +4,8 @@
 
 #include <boost/beast/websocket/stream.hpp>
 
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/session.pb.h"
 #include "protocol/text/shortened_text.h"
 #include "server/base/token_bucket.h"
 #include "server/http/lane_metrics.h"

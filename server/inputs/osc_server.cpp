@@ -8,6 +8,8 @@
 #include <cerrno>
 #include <cstring>
 
+#include "protocol/schema/console.pb.h"
+#include "protocol/schema/state.pb.h"
 #include "server/base/clock.h"
 
 namespace gonio {

@@ -11,7 +11,8 @@
 #include <vector>
 
 #include "protocol/osc/osc_space.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
+#include "protocol/schema/state.pb.h"
 #include "server/base/token_bucket.h"
 #include "server/inputs/watch.h"
 

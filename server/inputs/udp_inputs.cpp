@@ -14,6 +14,8 @@
 #include "protocol/dmx/artnet_sources.h"
 #include "protocol/dmx/e131.h"
 #include "protocol/dmx/sacn_sources.h"
+#include "protocol/schema/console.pb.h"
+#include "protocol/schema/state.pb.h"
 #include "server/base/clock.h"
 #include "server/inputs/watch.h"
 

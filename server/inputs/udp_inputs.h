@@ -12,7 +12,7 @@
 
 #include "ies/core/result.h"
 #include "protocol/dmx/dmx.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "protocol/schema/property.h"
 #include "protocol/timecode/timecode.h"
 #include "server/base/queue.h"

@@ -12,6 +12,8 @@
 #include <cstring>
 #include <set>
 
+#include "protocol/schema/console.pb.h"
+
 namespace gonio {
 namespace {
 

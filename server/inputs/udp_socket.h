@@ -11,7 +11,7 @@
 
 #include "ies/core/result.h"
 #include "protocol/dmx/artnet_sources.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "protocol/text/byte_order.h"
 #include "server/base/descriptor.h"
 

@@ -8,10 +8,10 @@
 namespace gonio::lighting {
 namespace {
 
-struct Offset {
+struct Side {
     int dx, dy;
 };
-constexpr Offset kSides[] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
+constexpr Side kSides[] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
 // A pixel that a shadow's edge may cross.
 struct Candidate {
     int x, y;
@@ -48,20 +48,20 @@ std::vector<Candidate> candidates_of(const GBuffer& gbuffer, const Edges& edges,
     for (int x = 0; x < gbuffer.width; ++x) {
         if (!(gbuffer.depth[at(x, y)] > 0.0f)) continue;
         const bool lit = light[at(x, y)] > 0.0f;
-        const bool differs = std::any_of(std::begin(kSides), std::end(kSides), [&](const Offset& side) {
+        const bool differs = std::any_of(std::begin(kSides), std::end(kSides), [&](const Side& side) {
             const int px = x + side.dx, py = y + side.dy;
             return inside(gbuffer, px, py) && gbuffer.depth[at(px, py)] > 0.0f && (light[at(px, py)] > 0.0f) != lit;
         });
         if (!differs) continue;
         const Spot spot = spot_at(gbuffer, x, y);
-        const bool edge = std::any_of(std::begin(kSides), std::end(kSides), [&](const Offset& side) {
+        const bool edge = std::any_of(std::begin(kSides), std::end(kSides), [&](const Side& side) {
             const int px = x + side.dx, py = y + side.dy;
             return inside(gbuffer, px, py) && (light[at(px, py)] > 0.0f) != lit &&
                    on_plane(gbuffer, spot, spot_at(gbuffer, px, py));
         });
         if (!edge) continue;
         float brightest = light[at(x, y)];
-        for (const Offset& side : kSides)
+        for (const Side& side : kSides)
             if (inside(gbuffer, x + side.dx, y + side.dy))
                 brightest = std::max(brightest, light[at(x + side.dx, y + side.dy)]);
         found.push_back({x, y, spot, others_of(edges, x, y), brightest});

@@ -3,7 +3,11 @@
 #include <algorithm>
 
 #include "protocol/dmx/patch.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/console.pb.h"
+#include "protocol/schema/cue.pb.h"
+#include "protocol/schema/scene.pb.h"
+#include "protocol/schema/surface.pb.h"
 #include "protocol/surface/surface_map.h"
 #include "server/scene/apply_camera.h"
 #include "server/scene/apply_checks.h"

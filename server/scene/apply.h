@@ -8,11 +8,8 @@
 #include <vector>
 
 #include "ies/core/result.h"
+#include "protocol/schema/messages.h"
 #include "server/scene/scene.h"
-
-namespace gonio::v1 {
-class Command;
-}
 
 namespace gonio {
 

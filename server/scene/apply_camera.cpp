@@ -1,6 +1,6 @@
 #include "server/scene/apply_camera.h"
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/scene.pb.h"
 #include "server/scene/apply_checks.h"
 
 namespace gonio {

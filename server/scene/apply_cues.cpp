@@ -1,6 +1,7 @@
 #include "server/scene/apply_cues.h"
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/cue.pb.h"
 #include "server/scene/apply_checks.h"
 #include "server/scene/cue.h"
 #include "server/scene/preset.h"

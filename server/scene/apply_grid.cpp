@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/grid.pb.h"
 #include "server/scene/apply_checks.h"
 #include "server/scene/calculation_grid.h"
 #include "server/scene/target_table.h"

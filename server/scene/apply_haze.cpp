@@ -1,5 +1,6 @@
 #include "server/scene/apply_haze.h"
 
+#include "protocol/schema/scene.pb.h"
 #include "server/scene/apply_checks.h"
 
 namespace gonio {

@@ -1,7 +1,7 @@
 // Of apply() alone: the air. Refusals leave as Refused (apply_checks.h).
 #pragma once
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "server/scene/scene.h"
 
 namespace gonio {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "protocol/schema/light.pb.h"
 #include "server/scene/apply_checks.h"
 #include "server/scene/light_values.h"
 #include "server/scene/opening.h"

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "ies/core/result.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "server/scene/apply.h"
 
 namespace gonio {

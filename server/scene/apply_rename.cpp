@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "protocol/schema/light.pb.h"
 #include "server/scene/apply_checks.h"
 #include "server/scene/cue.h"
 

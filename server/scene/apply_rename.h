@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "server/scene/scene.h"
 
 namespace gonio {

@@ -1,5 +1,6 @@
 #include "server/scene/apply_show.h"
 
+#include "protocol/schema/show.pb.h"
 #include "server/scene/apply_checks.h"
 
 namespace gonio {

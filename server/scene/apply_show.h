@@ -2,7 +2,7 @@
 // (apply_checks.h).
 #pragma once
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "server/scene/apply.h"
 
 namespace gonio {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "protocol/schema/console.pb.h"
+#include "protocol/schema/surface.pb.h"
 #include "server/scene/apply_checks.h"
 #include "server/scene/apply_light.h"
 #include "server/scene/apply_rename.h"

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "protocol/schema/gonio.pb.h"
 #include "protocol/schema/palette.h"
+#include "protocol/schema/view.pb.h"
 #include "server/scene/apply.h"
 #include "server/scene/apply_checks.h"
 #include "server/scene/false_color.h"

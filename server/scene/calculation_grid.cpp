@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/grid.pb.h"
 #include "server/scene/vector_field.h"
 
 namespace gonio {

@@ -4,11 +4,9 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 
-namespace gonio {
+#include "protocol/schema/messages.h"
 
-namespace v1 {
-class Grid;
-}
+namespace gonio {
 
 inline constexpr std::uint32_t kMaxGridPoints = 4096;  // of a grid and of a meter query; more are refused: "too_large"
 

@@ -6,6 +6,12 @@
 
 #include "protocol/dmx/patch.h"
 #include "protocol/osc/osc.h"
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/console.pb.h"
+#include "protocol/schema/cue.pb.h"
+#include "protocol/schema/light.pb.h"
+#include "protocol/schema/scene.pb.h"
+#include "protocol/schema/surface.pb.h"
 #include "protocol/surface/surface_map.h"
 #include "server/scene/light_values.h"
 

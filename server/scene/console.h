@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "ies/core/result.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "protocol/schema/property.h"
 #include "protocol/surface/surface_reader.h"
 #include "server/scene/scene.h"

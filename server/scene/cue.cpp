@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/cue.pb.h"
 
 namespace gonio {
 

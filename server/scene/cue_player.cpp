@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <map>
 
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/cue.pb.h"
 #include "server/base/clock.h"
 #include "server/scene/apply.h"
 #include "server/scene/apply_checks.h"

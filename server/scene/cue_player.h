@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "ies/core/result.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "server/scene/cue.h"
 #include "server/scene/light_values.h"
 

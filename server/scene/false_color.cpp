@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "protocol/schema/gonio.pb.h"
 #include "protocol/schema/palette.h"
+#include "protocol/schema/view.pb.h"
 #include "shaders/lib/as_cpp.h"
 
 namespace gonio {

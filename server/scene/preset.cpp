@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "protocol/schema/command.pb.h"
 #include "server/base/clock.h"
 #include "server/scene/white.h"
 

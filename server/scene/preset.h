@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "server/scene/light_values.h"
 #include "server/scene/scene.h"
 

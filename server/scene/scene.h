@@ -15,18 +15,13 @@
 #include <vector>
 
 #include "ies/lm63.h"
+#include "protocol/schema/messages.h"
 #include "server/scene/gel.h"
 #include "server/scene/haze.h"
 #include "server/scene/orientation.h"
 
 namespace gonio {
 
-namespace v1 {
-class Grid;
-class Observer;
-class SetPatch;
-class SetSurfaces;
-}  // namespace v1
 namespace trace {
 class Geometry;
 }  // namespace trace

@@ -6,6 +6,12 @@
 #include <string_view>
 
 #include "ies/synthetic.h"
+#include "protocol/schema/cue.pb.h"
+#include "protocol/schema/grid.pb.h"
+#include "protocol/schema/light.pb.h"
+#include "protocol/schema/scene.pb.h"
+#include "protocol/schema/show.pb.h"
+#include "protocol/schema/state.pb.h"
 #include "server/scene/apply.h"
 #include "server/scene/apply_haze.h"
 #include "server/scene/apply_view.h"

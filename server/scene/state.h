@@ -1,7 +1,7 @@
 // Scene -> the State message that clients see.
 #pragma once
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "server/scene/scene.h"
 
 namespace gonio {

@@ -4,11 +4,9 @@
 #include <span>
 #include <string_view>
 
-namespace gonio {
+#include "protocol/schema/messages.h"
 
-namespace v1 {
-class Target;
-}
+namespace gonio {
 
 // 0 where the source of the row does not tell the value.
 struct TargetRow {

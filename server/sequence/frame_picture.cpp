@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocol/schema/measure.pb.h"
+#include "protocol/schema/report.pb.h"
 #include "server/assets/exr.h"
 #include "server/scene/apply.h"
 #include "server/scene/eye.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/measure.pb.h"
 #include "protocol/timecode/timecode.h"
 #include "server/sequence/easing.h"
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <set>
 
+#include "protocol/schema/measure.pb.h"
 #include "protocol/schema/words.h"
 #include "protocol/timecode/timecode.h"
 #include "server/render/live_renderer.h"

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "server/sequence/job_json.h"
 #include "server/sequence/sequence.h"
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "protocol/schema/command.pb.h"
 #include "protocol/schema/words.h"
 #include "protocol/timecode/timecode.h"
 #include "server/base/clock.h"

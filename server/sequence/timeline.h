@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "protocol/schema/command.pb.h"
 #include "server/scene/apply.h"
 #include "server/scene/cue_player.h"
 #include "server/sequence/sequence.h"

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <optional>
 
+#include "protocol/schema/measure.pb.h"
 #include "server/scene/light_values.h"
 #include "server/trace/geometry.h"
 

@@ -1,6 +1,8 @@
 #include "server/session/capture_file.h"
 
 #include "protocol/schema/codec.h"
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/measure.pb.h"
 #include "server/session/replies.h"
 
 namespace gonio {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "ies/core/result.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "server/assets/exr.h"
 #include "server/render/renderer.h"
 

@@ -1,15 +1,11 @@
 #include "server/session/capture_queue.h"
 
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/measure.pb.h"
 #include "server/session/capture_file.h"
 #include "server/session/legend.h"
 
 namespace gonio {
-namespace {
-
-constexpr std::int64_t kTellNs = 500'000'000;
-
-}  // namespace
-
 void CaptureQueue::add(const Work& work, const Scene& scene, const CaptureRequest& request,
                        const GuardedRenderer& renderer, Replies& replies) {
     if (waiting_.size() >= most_) return replies.busy(work, "too many captures are waiting");

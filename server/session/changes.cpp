@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/light.pb.h"
 #include "server/scene/cue.h"
 #include "server/scene/light_values.h"
 

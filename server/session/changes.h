@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "ies/core/result.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "server/scene/scene.h"
 
 namespace gonio {

@@ -1,5 +1,7 @@
 #include "server/session/command_files.h"
 
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/light.pb.h"
 #include "protocol/schema/upload_name.h"
 #include "protocol/text/shortened_text.h"
 #include "server/assets/assets.h"

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "ies/core/result.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "server/scene/apply.h"
 #include "server/session/library.h"
 #include "server/session/scene_access.h"

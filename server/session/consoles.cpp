@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/console.pb.h"
+#include "protocol/schema/state.pb.h"
 #include "server/scene/console.h"
 
 namespace gonio {

@@ -5,6 +5,9 @@
 #include <utility>
 
 #include "protocol/schema/codec.h"
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/show.pb.h"
+#include "protocol/schema/state.pb.h"
 #include "server/assets/assets.h"
 #include "server/scene/state.h"
 

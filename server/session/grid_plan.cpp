@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "ies/core/printed.h"
+#include "protocol/schema/grid.pb.h"
 #include "server/scene/vector_field.h"
 
 namespace gonio {

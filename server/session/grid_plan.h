@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 
 namespace gonio {
 

@@ -2,6 +2,9 @@
 
 #include <cmath>
 
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/grid.pb.h"
+#include "protocol/schema/report.pb.h"
 #include "server/scene/calculation_grid.h"
 #include "server/scene/vector_field.h"
 #include "server/session/grid_plan.h"

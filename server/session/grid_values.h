@@ -2,7 +2,7 @@
 #pragma once
 
 #include "ies/core/result.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "server/scene/scene.h"
 #include "server/session/query.h"
 

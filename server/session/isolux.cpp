@@ -1,5 +1,7 @@
 #include "server/session/isolux.h"
 
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/view.pb.h"
 #include "server/scene/false_color.h"
 #include "server/session/legend.h"
 

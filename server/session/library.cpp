@@ -9,6 +9,7 @@
 #include <set>
 
 #include "ies/synthetic.h"
+#include "protocol/schema/library.pb.h"
 #include "protocol/schema/upload_name.h"
 #include "protocol/text/shortened_text.h"
 #include "server/assets/assets.h"

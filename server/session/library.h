@@ -13,7 +13,8 @@
 #include <vector>
 
 #include "ies/core/result.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/library.pb.h"
+#include "protocol/schema/messages.h"
 #include "server/scene/scene.h"
 
 namespace gonio {

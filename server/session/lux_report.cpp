@@ -4,6 +4,9 @@
 #include <cmath>
 
 #include "protocol/schema/codec.h"
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/grid.pb.h"
+#include "protocol/schema/measure.pb.h"
 #include "protocol/text/shortened_text.h"
 #include "server/scene/apply.h"
 #include "server/scene/apply_checks.h"

@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/grid.pb.h"
+#include "protocol/schema/messages.h"
 #include "server/session/query.h"
 #include "server/trace/reference.h"
 

@@ -8,6 +8,7 @@
 
 #include "ies/core/printed.h"
 #include "ies/writers.h"
+#include "protocol/schema/grid.pb.h"
 #include "server/base/sha256.h"
 #include "server/scene/apply.h"
 #include "server/session/grid_plan.h"

@@ -1,5 +1,7 @@
 #include "server/session/meter_queue.h"
 
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/report.pb.h"
 #include "server/session/meter_reply.h"
 #include "server/trace/cylinder.h"
 

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/measure.pb.h"
+#include "protocol/schema/report.pb.h"
 #include "server/render/live_renderer.h"
 #include "server/trace/sources.h"
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "server/trace/reference.h"
 
 namespace gonio {

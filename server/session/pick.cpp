@@ -3,6 +3,8 @@
 #include <numbers>
 #include <utility>
 
+#include "protocol/schema/measure.pb.h"
+#include "protocol/schema/report.pb.h"
 #include "server/scene/eye.h"
 #include "server/trace/bodies.h"
 #include "server/trace/sources.h"

@@ -2,7 +2,8 @@
 #pragma once
 
 #include "ies/core/result.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/measure.pb.h"
+#include "protocol/schema/messages.h"
 #include "server/scene/scene.h"
 #include "server/trace/reference.h"
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "protocol/schema/cue.pb.h"
+
 namespace gonio {
 namespace {
 

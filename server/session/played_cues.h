@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "protocol/schema/cue.pb.h"
 #include "server/scene/cue_player.h"
 #include "server/scene/timecode_chase.h"
 

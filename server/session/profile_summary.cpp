@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "ies/quantities.h"
+#include "protocol/schema/library.pb.h"
 #include "protocol/text/shortened_text.h"
 
 namespace gonio {

@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "protocol/schema/grid.pb.h"
+#include "protocol/schema/measure.pb.h"
 #include "server/scene/apply.h"
 #include "server/scene/apply_checks.h"
 #include "server/scene/false_color.h"

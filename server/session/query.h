@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "ies/core/result.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "server/render/live_renderer.h"
 #include "server/scene/calculation_grid.h"
 #include "server/scene/scene.h"

@@ -5,6 +5,9 @@
 
 #include <algorithm>
 
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/measure.pb.h"
+#include "protocol/schema/session.pb.h"
 #include "server/session/capture_file.h"
 #include "server/session/legend.h"
 #include "server/session/meter_reply.h"
@@ -13,12 +16,6 @@
 #include "server/session/traced_meters.h"
 
 namespace gonio {
-namespace {
-
-constexpr std::int64_t kTellNs = 500'000'000;
-
-}  // namespace
-
 // One job while the worker has it.
 struct ReferenceWork::Run {
     ReferenceJob job;

@@ -11,7 +11,7 @@
 #include <thread>
 #include <variant>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "server/base/queue.h"
 #include "server/session/lux_report.h"
 #include "server/session/query.h"

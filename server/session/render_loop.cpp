@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/session.pb.h"
+
 namespace gonio {
 
 HttpServer::Callbacks Inbox::callbacks() {

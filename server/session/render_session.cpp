@@ -6,6 +6,14 @@
 
 #include <spdlog/spdlog.h>
 
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/cue.pb.h"
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/grid.pb.h"
+#include "protocol/schema/light.pb.h"
+#include "protocol/schema/report.pb.h"
+#include "protocol/schema/show.pb.h"
+#include "protocol/schema/state.pb.h"
 #include "server/scene/apply_show.h"
 #include "server/scene/console.h"
 #include "server/scene/light_tables.h"

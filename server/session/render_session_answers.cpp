@@ -3,6 +3,10 @@
 #include <ctime>
 #include <utility>
 
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/measure.pb.h"
+#include "protocol/schema/report.pb.h"
+#include "protocol/schema/session.pb.h"
 #include "server/session/beam.h"
 #include "server/session/profile_summary.h"
 #include "server/session/render_session.h"

@@ -1,6 +1,8 @@
 // A RenderSession among others: what it hears of a leader, and what servers that follow it ask.
 #include <spdlog/spdlog.h>
 
+#include "protocol/schema/cue.pb.h"
+#include "protocol/schema/state.pb.h"
 #include "server/scene/state.h"
 #include "server/session/render_session.h"
 

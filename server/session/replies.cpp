@@ -1,6 +1,7 @@
 #include "server/session/replies.h"
 
 #include "protocol/schema/codec.h"
+#include "protocol/schema/gonio.pb.h"
 
 namespace gonio {
 

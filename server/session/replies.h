@@ -10,6 +10,8 @@
 
 namespace gonio {
 
+inline constexpr std::int64_t kTellNs = 500'000'000;  // so often whoever waits hears of progress
+
 class Replies {
 public:
     using Send = std::function<void(std::uint32_t session, v1::ServerMessage)>;

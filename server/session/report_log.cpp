@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "protocol/schema/report.pb.h"
+
 namespace gonio {
 
 const v1::FrameReport* ReportLog::find(std::uint32_t rev) const {

@@ -1,5 +1,7 @@
 #include "server/session/roles.h"
 
+#include "protocol/schema/session.pb.h"
+#include "protocol/schema/state.pb.h"
 #include "protocol/text/shortened_text.h"
 
 namespace gonio {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "ies/core/result.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 
 namespace gonio {
 

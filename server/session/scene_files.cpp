@@ -3,14 +3,14 @@
 #include <new>
 
 #include "protocol/schema/codec.h"
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/measure.pb.h"
 #include "server/base/clock.h"
 #include "server/exchange/export_left_out.h"
 #include "server/exchange/export_mvr.h"
 
 namespace gonio {
 namespace {
-
-constexpr std::int64_t kTellNs = 500'000'000;
 
 struct Format {
     const char* name;

@@ -3,6 +3,9 @@
 #include <utility>
 
 #include "protocol/schema/codec.h"
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/library.pb.h"
+#include "protocol/schema/show.pb.h"
 #include "server/show/saved_show.h"
 #include "server/show/show_folder.h"
 

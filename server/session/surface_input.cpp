@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocol/schema/command.pb.h"
 #include "protocol/schema/cue_number.h"
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/surface.pb.h"
 #include "protocol/surface/surface_map.h"
 #include "server/scene/console.h"
 

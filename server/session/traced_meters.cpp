@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "protocol/schema/report.pb.h"
 #include "server/base/clock.h"
 #include "server/session/meter_reply.h"
 

@@ -3,6 +3,12 @@
 #include <algorithm>
 #include <set>
 
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/console.pb.h"
+#include "protocol/schema/grid.pb.h"
+#include "protocol/schema/light.pb.h"
+#include "protocol/schema/session.pb.h"
+#include "protocol/schema/surface.pb.h"
 #include "server/scene/cue.h"
 
 namespace gonio {

@@ -11,7 +11,8 @@
 #include <vector>
 
 #include "ies/core/result.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
+#include "protocol/schema/session.pb.h"
 #include "server/scene/edit.h"
 
 namespace gonio {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "protocol/schema/cue.pb.h"
 #include "protocol/schema/gonio.pb.h"
 #include "server/scene/apply.h"
 

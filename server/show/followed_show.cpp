@@ -7,7 +7,9 @@
 #include <filesystem>
 #include <set>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/light.pb.h"
+#include "protocol/schema/state.pb.h"
 #include "protocol/text/shortened_text.h"
 #include "server/assets/assets.h"
 #include "server/base/sha256.h"

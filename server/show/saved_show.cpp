@@ -8,8 +8,11 @@
 #include <set>
 
 #include "ies/writers.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/cue.pb.h"
+#include "protocol/schema/light.pb.h"
+#include "protocol/schema/show.pb.h"
 #include "protocol/schema/upload_name.h"
+#include "protocol/schema/view.pb.h"
 #include "server/assets/assets.h"
 #include "server/base/sha256.h"
 #include "server/scene/apply.h"

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "protocol/schema/show.pb.h"
 #include "protocol/text/shortened_text.h"
 #include "server/base/atomic_file.h"
 #include "server/base/bounded_file.h"

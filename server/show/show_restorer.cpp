@@ -3,7 +3,12 @@
 #include <algorithm>
 #include <set>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/cue.pb.h"
+#include "protocol/schema/grid.pb.h"
+#include "protocol/schema/light.pb.h"
+#include "protocol/schema/scene.pb.h"
+#include "protocol/schema/view.pb.h"
 #include "server/assets/assets.h"
 #include "server/scene/cue.h"
 #include "server/scene/light_tables.h"

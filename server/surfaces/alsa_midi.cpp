@@ -14,8 +14,6 @@
 namespace gonio {
 namespace {
 
-constexpr std::size_t kMaxUnsent = 16384;  // bytes that wait for the port
-
 class AlsaWire final : public Wire {
 public:
     AlsaWire(Descriptor port, WireEvents events, std::list<AlsaWire*>& wires)

@@ -11,6 +11,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "protocol/schema/surface.pb.h"
 #include "server/base/descriptor.h"
 #include "server/surfaces/surface_profiles.h"
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/surface.pb.h"
 #include "server/base/queue.h"
 #include "server/surfaces/replay.h"
 #include "server/surfaces/surface_connection.h"

@@ -1,5 +1,7 @@
 #include "server/surfaces/surface_connection.h"
 
+#include "protocol/schema/surface.pb.h"
+
 namespace gonio {
 
 void SurfaceUpdates::add(SurfaceUpdates later) {

@@ -7,7 +7,7 @@
 #include <string>
 #include <variant>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "protocol/surface/hid_surface.h"
 #include "protocol/surface/midi_surface.h"
 #include "protocol/surface/surface_painter.h"

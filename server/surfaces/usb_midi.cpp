@@ -12,8 +12,7 @@
 namespace gonio {
 namespace {
 
-constexpr std::size_t kTransfers = 3;      // in flight: one is always waiting while another is looked at
-constexpr std::size_t kMaxUnsent = 16384;  // bytes that wait for the surface; beyond it messages are refused
+constexpr std::size_t kTransfers = 3;  // in flight: one is always waiting while another is looked at
 constexpr std::int64_t kSendAgain_ns = 20'000'000, kSendFor_ns = 1'000'000'000;
 constexpr std::int64_t kReap_ns = 1'000'000'000;  // for cancelled transfers to come back
 

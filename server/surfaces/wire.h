@@ -16,6 +16,8 @@
 
 namespace gonio {
 
+inline constexpr std::size_t kMaxUnsent = 16384;  // bytes that wait for a surface; beyond it messages are refused
+
 // A surface that could be opened.
 struct FoundSurface {
     std::string path;       // where: unique among those that are attached now, "hid /dev/hidraw0", "usb 1:5"

@@ -10,7 +10,6 @@
 namespace gonio::trace {
 namespace {
 
-constexpr float kMaxSurvival = 0.995f;
 constexpr float kMostScattered = 0.99f;
 constexpr float kFarthest = 8.0f;  // radii of the scene
 

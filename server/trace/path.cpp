@@ -8,9 +8,6 @@ namespace gonio::trace {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-// A path goes on with the probability of its surface's reflectance, at most this: even between perfect mirrors of light
-// it ends.
-constexpr float kMaxSurvival = 0.995f;
 
 // Where a luminaire's light comes from, for one decision: its own position, or a point that is drawn on its opening.
 glm::dvec3 source_point(const Luminaire& luminaire, Sample* openings) {

@@ -9,6 +9,10 @@
 
 namespace gonio::trace {
 
+// A path goes on with the probability of its surface's reflectance, at most this: even between perfect mirrors of light
+// it ends.
+inline constexpr float kMaxSurvival = 0.995f;
+
 // A point that receives light. Distances and cosines are taken at it, rays start a step off its surface.
 struct Receiver {
     glm::vec3 position{0.0f};   // local, m

@@ -7,8 +7,6 @@ namespace gonio::transport {
 
 namespace {
 
-constexpr std::size_t kChunk = 1024;  // surfels a job
-
 // While light moves. Light of surfels that the picture does not show is averaged once more before it comes there.
 constexpr Followed kSeen{128, 256}, kUnseen{32, 64};
 
@@ -40,7 +38,7 @@ Brightest brightest_of(const Surfels& surfels, const std::vector<glm::vec4>& sen
         }
         return sum;
     };
-    const double all = pool.reduce_chunks(n, kChunk, 0.0, power_of, std::plus<>());
+    const double all = pool.reduce_chunks(n, kSurfelsAJob, 0.0, power_of, std::plus<>());
     double theirs = 0.0;
     Brightest result;
     const double mean = all / static_cast<double>(std::max<std::size_t>(n, 1));
@@ -97,7 +95,7 @@ float add_reversed(const Links& links, const Brightest& brightest, float few, co
             }
         }
     });
-    pool.run_chunks(out.size(), kChunk, [&](std::size_t begin, std::size_t size) {
+    pool.run_chunks(out.size(), kSurfelsAJob, [&](std::size_t begin, std::size_t size) {
         for (std::size_t i = begin; i < begin + size; ++i) out[i] += sums[0][i] + sums[1][i] + sums[2][i] + sums[3][i];
     });
     return count;
@@ -108,7 +106,7 @@ float add_reversed(const Links& links, const Brightest& brightest, float few, co
 void radiosity(const Surfels& surfels, float share, std::span<const glm::vec4> direct,
                std::span<const glm::vec4> indirect, std::vector<glm::vec4>& out, Pool& pool) {
     out.resize(surfels.count);
-    pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t count) {
+    pool.run_chunks(surfels.count, kSurfelsAJob, [&](std::size_t first, std::size_t count) {
         for (std::size_t i = first; i < first + count; ++i)
             out[i] = glm::vec4(surfels.albedo[i], 0.0f) *
                      (share * direct[i] + (indirect.empty() ? glm::vec4(0.0f) : indirect[i]));
@@ -164,7 +162,7 @@ Bounces::Bounces(const Surfels& surfels, const Links& links, std::span<const glm
 // Moves the direct light of crowded surfels from what links carry to `out`, where it arrives.
 void Bounces::take_crowded(std::vector<glm::vec4>& out) {
     out.resize(surfels_.count);
-    pool_.run_chunks(surfels_.count, kChunk, [&](std::size_t first, std::size_t size) {
+    pool_.run_chunks(surfels_.count, kSurfelsAJob, [&](std::size_t first, std::size_t size) {
         for (std::size_t i = first; i < first + size; ++i) {
             glm::vec4 sum(0.0f);
             links_.crowded->each(i, [&](std::size_t j, float form_factor) { sum += form_factor * sent_[j]; });
@@ -184,7 +182,7 @@ void Bounces::send(float share, std::span<const glm::vec4> indirect) {
 // job(first, size, followed) for runs of surfels that follow the same links.
 template <typename Job>
 void Bounces::for_all(const Job& job) const {
-    pool_.run_chunks(surfels_.count, kChunk, [&](std::size_t first, std::size_t size) {
+    pool_.run_chunks(surfels_.count, kSurfelsAJob, [&](std::size_t first, std::size_t size) {
         if (seen_.empty()) return job(first, size, shown_);
         for (std::size_t i = first, end = i; i < first + size; i = end) {
             while (end < first + size && seen_[end] == seen_[i]) ++end;

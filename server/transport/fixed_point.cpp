@@ -5,10 +5,11 @@
 #include <cmath>
 #include <utility>
 
+#include "server/transport/surfels.h"
+
 namespace gonio::transport {
 namespace {
 
-constexpr std::size_t kChunk = 1024;     // surfels a job
 constexpr std::size_t kMostColumns = 4;  // what the normal equations below have room for
 
 using Dots = std::array<std::array<glm::dvec3, kMostColumns + 1>, kMostColumns>;
@@ -63,7 +64,7 @@ FixedPoint::FixedPoint(std::vector<glm::vec4>& e, const glm::vec3& bound, unsign
         for (std::size_t i = first; i < first + count; ++i) sum += glm::dvec3(e_[i]);
         return sum;
     };
-    mean_ = glm::vec3(pool_.reduce_chunks(e_.size(), kChunk, glm::dvec3(0.0), sum_of, std::plus<>()) /
+    mean_ = glm::vec3(pool_.reduce_chunks(e_.size(), kSurfelsAJob, glm::dvec3(0.0), sum_of, std::plus<>()) /
                       std::max(static_cast<double>(e_.size()), 1.0));
 }
 
@@ -88,7 +89,7 @@ StepReport FixedPoint::step(const Bounce& bounce) {
         }
         return found;
     };
-    const Found found = pool_.reduce_chunks(e_.size(), kChunk, Found(), look, [](Found a, const Found& b) {
+    const Found found = pool_.reduce_chunks(e_.size(), kSurfelsAJob, Found(), look, [](Found a, const Found& b) {
         a.residual = greater(a.residual, b.residual), a.greatest = glm::max(a.greatest, b.greatest);
         a.relative = greater(a.relative, b.relative);
         a.change += b.change, a.sum += b.sum;
@@ -149,7 +150,7 @@ bool FixedPoint::combine(StepReport& report) {
         }
         return dots;
     };
-    const Dots dots = pool_.reduce_chunks(n, kChunk, Dots{}, dots_of, [columns](Dots a, const Dots& b) {
+    const Dots dots = pool_.reduce_chunks(n, kSurfelsAJob, Dots{}, dots_of, [columns](Dots a, const Dots& b) {
         for (std::size_t j = 0; j < columns; ++j)
             for (std::size_t k = 0; k <= kMostColumns; ++k) a[j][k] += b[j][k];
         return a;
@@ -185,7 +186,7 @@ bool FixedPoint::combine(StepReport& report) {
         }
         return tried;
     };
-    const Tried tried = pool_.reduce_chunks(n, kChunk, Tried(), try_out, [](Tried a, const Tried& b) {
+    const Tried tried = pool_.reduce_chunks(n, kSurfelsAJob, Tried(), try_out, [](Tried a, const Tried& b) {
         a.residual = greater(a.residual, b.residual), a.relative = greater(a.relative, b.relative);
         a.most = glm::min(a.most, b.most);
         return a;
@@ -199,7 +200,7 @@ bool FixedPoint::combine(StepReport& report) {
     }
     if (share == glm::vec4(0.0f)) return false;
     expected_ = std::max({relative.r, relative.g, relative.b});
-    pool_.run_chunks(n, kChunk, [&](std::size_t first, std::size_t count) {
+    pool_.run_chunks(n, kSurfelsAJob, [&](std::size_t first, std::size_t count) {
         for (std::size_t i = first; i < first + count; ++i)
             e_[i] = glm::max(f_[i] - share * off_at(i), glm::vec4(0.0f));
     });

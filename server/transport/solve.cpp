@@ -9,8 +9,7 @@
 namespace gonio::transport {
 namespace {
 
-constexpr std::size_t kChunk = 4096;  // surfels a job
-constexpr unsigned kColumns = 2;      // earlier iterates that a step combines (docs/notebook/light.md)
+constexpr unsigned kColumns = 2;  // earlier iterates that a step combines (docs/notebook/light.md)
 // So many bounces shrink the residual by rho_max to this power at least. Where they do not even by the root of that, it
 // is down to the rounding of the tables, and further bounces change nothing.
 constexpr unsigned kWatched = 12;
@@ -25,7 +24,7 @@ glm::vec3 greatest_albedo(const Surfels& surfels, Pool& pool) {
         for (std::size_t i = first; i < first + count; ++i) albedo = glm::max(albedo, surfels.albedo[i]);
         return albedo;
     };
-    return pool.reduce_chunks(surfels.count, kChunk, glm::vec3(0.0f), greatest,
+    return pool.reduce_chunks(surfels.count, kSurfelsAJob, glm::vec3(0.0f), greatest,
                               [](const glm::vec3& a, const glm::vec3& b) { return glm::max(a, b); });
 }
 
@@ -35,7 +34,7 @@ glm::vec3 greatest_of(std::span<const glm::vec4> values, Pool& pool) {
         for (const glm::vec4& value : values.subspan(first, count)) most = glm::max(most, value);
         return most;
     };
-    return glm::vec3(pool.reduce_chunks(values.size(), kChunk, glm::vec4(0.0f), greatest,
+    return glm::vec3(pool.reduce_chunks(values.size(), kSurfelsAJob, glm::vec4(0.0f), greatest,
                                         [](const glm::vec4& a, const glm::vec4& b) { return glm::max(a, b); }));
 }
 
@@ -90,7 +89,7 @@ Kinds kinds_of(std::span<const glm::vec4> values, Pool& pool) {
         }
         return kinds;
     };
-    return pool.reduce_chunks(values.size(), kChunk, Kinds(), look, [](Kinds a, Kinds b) {
+    return pool.reduce_chunks(values.size(), kSurfelsAJob, Kinds(), look, [](Kinds a, Kinds b) {
         return Kinds{a.negative || b.negative, a.finite && b.finite};
     });
 }

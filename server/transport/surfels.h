@@ -17,7 +17,8 @@ namespace gonio::transport {
 
 inline constexpr std::size_t kMostSurfels = 65'535;  // ids have 16 bits
 inline constexpr std::size_t kNeighbours = 16;
-inline constexpr std::size_t kPadding = 16;  // arrays that kernels read end on whole vectors
+inline constexpr std::size_t kSurfelsAJob = 1024;  // of loops that take little for each
+inline constexpr std::size_t kPadding = 16;        // arrays that kernels read end on whole vectors
 
 struct Surfels {  // NOLINT(bugprone-reserved-identifier): in the copy that the compiler writes
     std::size_t count = 0;

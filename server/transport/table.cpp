@@ -123,7 +123,6 @@ HWY_EXPORT(Halve);
 namespace {
 
 constexpr float kGreatest = 1000.0f;
-constexpr std::size_t kChunk = 1024;  // surfels a job
 
 }  // namespace
 
@@ -149,13 +148,13 @@ void make_table(std::span<const glm::vec4> values, Table& table, Pool& pool) {
             most = std::max({most, std::abs(value.r), std::abs(value.g), std::abs(value.b)});
         return most;
     };
-    const float most =
-        pool.reduce_chunks(values.size(), kChunk, 0.0f, greatest_of, [](float a, float b) { return std::max(a, b); });
+    const float most = pool.reduce_chunks(values.size(), kSurfelsAJob, 0.0f, greatest_of,
+                                          [](float a, float b) { return std::max(a, b); });
     table.halves.assign((values.size() + 1) * 4, 0);
     constexpr float kLeast = 1e-30f;  // dimmer light is none: 1 / unit stays finite
     table.unit = std::isfinite(most) && most > kLeast ? most / kGreatest : 0.0f;
     if (!(table.unit > 0.0f)) return;
-    pool.run_chunks(values.size(), kChunk, [&](std::size_t first, std::size_t count) {
+    pool.run_chunks(values.size(), kSurfelsAJob, [&](std::size_t first, std::size_t count) {
         HWY_DYNAMIC_DISPATCH(Halve)(values.data() + first, count, 1.0f / table.unit, table.halves.data() + 4 * first);
     });
 }

@@ -1,5 +1,6 @@
 // RFC 6455 section 5: frames, fragments, control frames; and the sizes of section 10.4.
 #include "protocol/schema/codec.h"
+#include "protocol/schema/gonio.pb.h"
 #include "tests/conformance/cases.h"
 #include "tests/conformance/raw_peer.h"
 

@@ -5,6 +5,9 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/session.pb.h"
+#include "protocol/schema/state.pb.h"
 #include "server/base/clock.h"
 
 namespace gonio::conformance {

@@ -6,6 +6,7 @@
 #include <set>
 #include <thread>
 
+#include "protocol/schema/gonio.pb.h"
 #include "tests/conformance/cases.h"
 #include "tests/conformance/played_daemon.h"
 #include "tests/conformance/raw_peer.h"

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <thread>
 
+#include "protocol/schema/surface.pb.h"
 #include "server/surfaces/control_surfaces.h"
 #include "tests/devices/mock_devices.h"
 

@@ -100,7 +100,7 @@ TEST_F(ConsoleLoads, SixtyFourUniversesAt44HzLoseNothingAndRenderNothing) {
     for (int universe = 1; universe <= 64; ++universe)
         text += "[[patch]]\nsacn = " + std::to_string(universe) + "\naddress = 1\ntarget = \"" + light +
                 "\"\nchannels = [\"roll\"]\n";
-    start({"--patch", folder.file("patch.toml", text)});
+    start({"--renderer", "gl", "--patch", folder.file("patch.toml", text)});
     first_picture();
     Udp desk;
     std::array<SacnPacket, 64> packets;
@@ -203,6 +203,7 @@ TEST_F(ConsoleLoads, SixtyFourUniversesAt44HzLoseNothingAndRenderNothing) {
 // 64 universes at 44 Hz, each moves the level of one of 16 lights in every packet: a change of the scene for each
 // frame, not for each packet, and a viewer that sees the composite at the senders' rate.
 TEST_F(ConsoleLoads, LevelsThatMoveIn64UniversesAreOneChangeAFrame) {
+    start({"--renderer", "gl"});
     TemporaryFolder folder;
     const auto name = [&](int i) { return i == 0 ? light : "light " + std::to_string(i); };
     std::string text;

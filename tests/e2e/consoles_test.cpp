@@ -6,6 +6,7 @@ namespace gonio::test {
 namespace {
 
 TEST_F(Consoles, SacnByMulticastIsALevelAndAFrameOfTheCompositeAlone) {
+    start({"--renderer", "gl"});
     Udp desk;
     const auto send = [&](std::uint8_t value) { desk.send("239.255.0.1", ports["sacn"], sacn(1, value).bytes()); };
     first_picture();
@@ -164,6 +165,7 @@ TEST_F(Consoles, AnyAddressJoinsOnTheLoopbackInterfaceToo) {
 }
 
 TEST_F(Consoles, SacnSwingsAHeadThatAnMvrShowHasPatched) {
+    start({"--renderer", "gl"});
     const auto channel = [](const char* geometry, const char* attribute, const char* offset, const char* range) {
         return std::string("<DMXChannel Offset='") + offset + "' Geometry='" + geometry +
                "'><LogicalChannel Attribute='" + attribute + "'><ChannelFunction Attribute='" + attribute +
@@ -262,6 +264,7 @@ TEST_F(Consoles, ALightThatComesLaterHearsTheConsole) {
 }
 
 TEST_F(Consoles, ArtnetIsALevelAndPollsAreAnswered) {
+    start({"--renderer", "gl"});
     Udp desk;
     std::uint8_t number = 0;
     const auto send = [&] {
@@ -289,6 +292,7 @@ TEST_F(Consoles, ArtnetIsALevelAndPollsAreAnswered) {
 }
 
 TEST_F(Consoles, OscSetsAsksAndTellsItsSubscribers) {
+    start({"--renderer", "gl"});
     Udp panel, watcher;
     const auto send = [&](const Udp& from, const Packet& packet) { from.send("127.0.0.1", ports["osc"], packet); };
     const auto hear = [&](const Udp& at, const std::string& address) -> std::optional<OscMessage> {

@@ -73,6 +73,7 @@ TEST_F(Cues, ASecondGoIsRefusedAndStopHolds) {
 
 // The cost of a level, while it fades and when it has ended.
 TEST_F(Cues, AFadeRunsTheCompositeAloneAndThenNothing) {
+    start({"--renderer", "gl"});
     make_list();
     first_picture();
     const unsigned rev = daemon->rev({"cue", "go"});

@@ -128,10 +128,11 @@ bool KilledClient::ended() const {
 DaemonProcess::DaemonProcess(std::vector<std::string> arguments, const std::function<void(pid_t)>& meanwhile) {
     if (std::find(arguments.begin(), arguments.end(), "--listen") == arguments.end())
         arguments.insert(arguments.begin(), {"--listen", "127.0.0.1:0"});
+    const auto named = std::find(arguments.begin(), arguments.end(), "--renderer");
     // Under ThreadSanitizer no GL runs: its drivers are not made for it.
-    const char* renderer = std::getenv("GONIO_TEST_RENDERER");
-    if (renderer != nullptr && std::find(arguments.begin(), arguments.end(), "--renderer") == arguments.end())
-        arguments.insert(arguments.end(), {"--renderer", renderer});
+    if (const char* other = std::getenv("GONIO_TEST_RENDERER"); other != nullptr && named != arguments.end())
+        *(named + 1) = other;
+    if (named == arguments.end()) arguments.insert(arguments.end(), {"--renderer", "null"});
     const Spawned process = spawn("goniod", arguments, true);
     pid_ = process.pid;
     out_fd_ = process.out;

@@ -47,8 +47,9 @@ inline std::uint16_t port_of(const std::string& url) {
 // Its log (stderr) is shown at the end of a test that failed.
 class DaemonProcess {
 public:
-    // Starts goniod with --listen 127.0.0.1:0, unless they say another, and the arguments, and waits for its READY line
-    // (60 s). meanwhile: called again and again until then.
+    // Starts goniod with the arguments and waits for its READY line (60 s). Unless they say otherwise it has --listen
+    // 127.0.0.1:0, and --renderer null: a test that looks at light or at passes says --renderer gl. meanwhile: called
+    // again and again until then.
     explicit DaemonProcess(std::vector<std::string> arguments = {}, const std::function<void(pid_t)>& meanwhile = {});
     ~DaemonProcess();
     DaemonProcess(const DaemonProcess&) = delete;

@@ -12,6 +12,8 @@
 #include <sstream>
 #include <thread>
 
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/light.pb.h"
 #include "server/assets/assets.h"
 #include "server/render/quality_level.h"
 #include "server/transport/links.h"
@@ -58,7 +60,7 @@ std::string triple(double x, double y, double z) {
 }
 
 TEST(Cornell, ReadyStateAndCostTable) {
-    DaemonProcess daemon({"--size", "320x320"});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "320x320"});
     ASSERT_TRUE(daemon.transport_ready());
     for (int i = 0; i < 20 && !daemon.json({"report"})["settled"].get<bool>(); ++i) {
     }
@@ -115,7 +117,7 @@ TEST(Cornell, ReadyStateAndCostTable) {
 
 // Nobody looks, nobody asks: no surfel and no link is made.
 TEST(Cornell, NothingIsPreparedForNobody) {
-    DaemonProcess daemon({"--size", "256x256"});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "256x256"});
     std::this_thread::sleep_for(std::chrono::milliseconds(500));
     const double began_s = cpu_seconds(daemon.pid());
     std::this_thread::sleep_for(std::chrono::seconds(1));
@@ -131,7 +133,7 @@ TEST(Cornell, NothingIsPreparedForNobody) {
 }
 
 TEST(Cornell, NothingHappensWhileNothingChanges) {
-    DaemonProcess daemon({"--size", "256x256"});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "256x256"});
     // A viewer watches for the whole test.
     TemporaryFolder folder;
     std::thread viewer([&] {
@@ -213,7 +215,7 @@ std::string keeps_up_with_a_frame_rate() {
     const std::string size = std::to_string(kSide) + "x" + std::to_string(kSide);
     double whole_ms = 0.0;
     {
-        DaemonProcess daemon({"--size", size});
+        DaemonProcess daemon({"--renderer", "gl", "--size", size});
         if (!daemon.transport_ready()) return "no transport";
         const Viewer viewer(daemon);
         const std::vector<Json> reports = reports_while_moving(daemon);
@@ -222,7 +224,8 @@ std::string keeps_up_with_a_frame_rate() {
         for (const Json& report : reports) EXPECT_EQ(report["effort"].get<int>(), 0);
     }
     const double budget_ms = 0.6 * whole_ms;
-    DaemonProcess daemon({"--size", size, "--target-fps", number(std::min(1000.0 / budget_ms, 1000.0))});
+    DaemonProcess daemon(
+        {"--renderer", "gl", "--size", size, "--target-fps", number(std::min(1000.0 / budget_ms, 1000.0))});
     if (!daemon.transport_ready()) return "no transport";
     const Viewer viewer(daemon);
     const std::vector<Json> moving = reports_while_moving(daemon);
@@ -266,7 +269,7 @@ TEST(Cornell, KeepsUpWithAFrameRate) {
 }
 
 TEST(Cornell, TheLastFrameOfAMovementArrives) {
-    DaemonProcess daemon({"--size", "256x256"});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "256x256"});
     const std::string light = daemon.json({"get", "lights[0].name"});
     Finished watched;
     // The viewer prints a line per frame header; it is ended by the daemon's stop.
@@ -294,7 +297,8 @@ TEST(Cornell, TheLastFrameOfAMovementArrives) {
 
 TEST(Floor, MeterAndPictureReadTheInverseSquareLaw) {
     TemporaryFolder folder;
-    DaemonProcess daemon({"--scene", folder.file("floor.gltf", floor_gltf(0.5)), "--size", "200x200"});
+    DaemonProcess daemon(
+        {"--renderer", "gl", "--scene", folder.file("floor.gltf", floor_gltf(0.5)), "--size", "200x200"});
     const Json meter = daemon.json({"meter", "--point", "0,0,0", "--normal", "0,1,0"});
     EXPECT_NEAR(meter["direct_lx"].get<double>(), 250.0, 0.5);
     EXPECT_NEAR(meter["indirect_lx"].get<double>(), 0.0, 1e-9);
@@ -325,7 +329,8 @@ TEST(Floor, MeterAndPictureReadTheInverseSquareLaw) {
 // Values read off the table by hand: at V = 45 the planes C0, C90, C180 and C270 have 880, 930, 980 and 1030 cd.
 TEST(Floor, AnAsymmetricFileFacesTheRightWay) {
     TemporaryFolder folder;
-    DaemonProcess daemon({"--scene", folder.file("floor.gltf", floor_gltf(0.5)), "--size", "64x64"});
+    DaemonProcess daemon(
+        {"--renderer", "gl", "--scene", folder.file("floor.gltf", floor_gltf(0.5)), "--size", "64x64"});
     const std::string file =
         folder.file("planes.ies",
                     "IESNA:LM-63-2002\n[TEST] e2e\n[TESTLAB] e2e\n[ISSUEDATE] today\n[MANUFAC] none\nTILT=NONE\n1 -1 1 "
@@ -345,7 +350,7 @@ TEST(Floor, AnAsymmetricFileFacesTheRightWay) {
 }
 
 TEST(Scene, AGreatCaptureLetsOthersThrough) {
-    DaemonProcess daemon({"--size", "128x128"});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "128x128"});
     TemporaryFolder folder;
     Finished big;
     std::thread capture([&] {
@@ -378,7 +383,8 @@ TEST(Floor, ARealFileReadsItsOwnCandela) {
     const auto profile = make_profile("real", bytes);
     ASSERT_TRUE(profile) << profile.error().text();
     TemporaryFolder folder;
-    DaemonProcess daemon({"--scene", folder.file("floor.gltf", floor_gltf(0.5)), "--size", "128x128"});
+    DaemonProcess daemon(
+        {"--renderer", "gl", "--scene", folder.file("floor.gltf", floor_gltf(0.5)), "--size", "128x128"});
     daemon.rev(
         {"set", "light", "lamp", "--profile", path, "--pan", "0", "--tilt", "0", "--roll", "0", "--opening", "point"});
     // Pan/tilt zero: aim -Y, C0 = +X, C90 = -Z.
@@ -392,7 +398,7 @@ TEST(Floor, ARealFileReadsItsOwnCandela) {
 }
 
 TEST(Scene, LoadsTheOtherSceneAndBack) {
-    DaemonProcess daemon({"--size", "160x160"});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "160x160"});
     const unsigned atrium = daemon.rev({"load", "scene", "atrium"});
     const Json report = daemon.json({"report", "--rev", std::to_string(atrium)});
     EXPECT_TRUE(ran(report).contains("gbuffer"));
@@ -401,7 +407,7 @@ TEST(Scene, LoadsTheOtherSceneAndBack) {
 }
 
 TEST(Scene, LightsGroupsViewsAndTechniques) {
-    DaemonProcess daemon({"--size", "128x128"});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "128x128"});
     const std::string first = daemon.json({"get", "lights[0].name"});
     daemon.rev({"add", "light", "spot", "--profile", "narrow_spot", "--position", "0.5,3,0.5", "--aim", "0.1,-1,0.2"});
     daemon.rev({"group", "both", first, "spot"});
@@ -428,7 +434,7 @@ TEST(Scene, LightsGroupsViewsAndTechniques) {
 }
 
 TEST(Scene, OneCallOfGonioUndoesWhatAnotherDid) {
-    DaemonProcess daemon({"--size", "64x64"});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "64x64"});
     const std::string first = daemon.json({"get", "lights[0].name"});
     const Json before = daemon.json({"get", "lights"});
     const auto sum_lx = [&] {

@@ -17,6 +17,11 @@
 #include <utility>
 
 #include "client/connection/connection.h"
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/console.pb.h"
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/light.pb.h"
+#include "protocol/schema/measure.pb.h"
 #include "tests/e2e/daemon_process.h"
 #include "tests/unit/http_client.h"
 
@@ -241,12 +246,12 @@ private:
 };
 
 std::vector<std::string> options(std::initializer_list<std::string> more) {
-    std::vector<std::string> all{"--renderer", "null", "--size", "64x64"};
+    std::vector<std::string> all{"--size", "64x64"};
     all.insert(all.end(), more);
     return all;
 }
 std::unique_ptr<DaemonProcess> follower_of(const std::string& url) {
-    return std::make_unique<DaemonProcess>(std::vector<std::string>{"--renderer", "null", "--follow", url});
+    return std::make_unique<DaemonProcess>(std::vector<std::string>{"--follow", url});
 }
 
 // A leader with its state, two followers, and a hand at the leader.
@@ -396,9 +401,9 @@ TEST(FollowersOf, AScenesFilesAreFetchedAndEveryChangeIsRefused) {
 
 TEST(FollowerPictures, AreTheLeadersAndCostNoMore) {
     const TemporaryFolder folder;
-    const DaemonProcess leader(
-        {"--size", "160x120", "--scene", folder.file("floor.gltf", floor_gltf(0.5)), "--max-transport-mib", "16"});
-    const DaemonProcess follower({"--follow", leader.url(), "--max-transport-mib", "16"});
+    const DaemonProcess leader({"--renderer", "gl", "--size", "160x120", "--scene",
+                                folder.file("floor.gltf", floor_gltf(0.5)), "--max-transport-mib", "16"});
+    const DaemonProcess follower({"--renderer", "gl", "--follow", leader.url(), "--max-transport-mib", "16"});
     const std::string light = leader.json({"get", "lights[0].name"});
     ASSERT_TRUE(comes_to_show(follower.url(), settled(leader.url())));
     ASSERT_TRUE(leader.transport_ready());
@@ -466,7 +471,7 @@ TEST(FollowersOf, AWrongTokenIsNotTriedUntilTheAddressIsShut) {
     const std::string right = folder.file("right", "right-token-of-the-leader"),
                       wrong = folder.file("wrong", "wrong-token-of-the-leader");
     const DaemonProcess leader(options({"--token-file", right, "--max-auth-failures", "3"}));
-    const DaemonProcess follower({"--renderer", "null", "--follow", leader.url(), "--follow-token-file", wrong});
+    const DaemonProcess follower({"--follow", leader.url(), "--follow-token-file", wrong});
     EXPECT_TRUE(logs(follower, "refused")) << follower.log();
     std::this_thread::sleep_for(1500ms);  // it once tried four times in 0.7 s
     EXPECT_EQ(leader.gonio({"--token-file", right, "get", "scene_rev"}).exit_code, 0);
@@ -486,8 +491,8 @@ TEST(FollowersOf, SayWhatIsWrong) {
     };
     const std::string one = free_port(), other = free_port();
     const auto at = [](const std::string& port, const std::string& leader) {
-        return std::make_unique<DaemonProcess>(std::vector<std::string>{
-            "--renderer", "null", "--listen", "127.0.0.1:" + port, "--follow", "http://127.0.0.1:" + leader});
+        return std::make_unique<DaemonProcess>(
+            std::vector<std::string>{"--listen", "127.0.0.1:" + port, "--follow", "http://127.0.0.1:" + leader});
     };
     {
         const auto itself = at(one, one);

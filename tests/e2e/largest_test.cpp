@@ -11,6 +11,7 @@
 #include <fstream>
 #include <thread>
 
+#include "protocol/schema/command.pb.h"
 #include "server/scene/scene.h"
 #include "server/session/command_files.h"
 #include "tests/e2e/daemon_process.h"
@@ -85,7 +86,7 @@ TEST(Largest, NothingThatIsAcceptedHoldsUpThePicture) {
                  "\ntarget = \"luminaire\"\nchannels = [\"level\"]\n";
     const std::string rows = folder.file("patch.toml", patch);
     holds_in_one_of_three([&] {
-        DaemonProcess daemon({"--size", "160x160", "--scene-root", folder.path("")});
+        DaemonProcess daemon({"--renderer", "gl", "--size", "160x160", "--scene-root", folder.path("")});
         if (!daemon.transport_ready()) return std::string("no transport");
         const Mover mover(port_of(daemon.url()), [](v1::Command& command, int step) {
             command.mutable_set_exposure()->set_ev100(6 + 0.5 * std::sin(0.1 * step));
@@ -112,7 +113,7 @@ TEST(Largest, AShowOfTheLargestFilesIsReadyInTime) {
     const std::string state = folder.path("show.json");
     std::vector<std::string> names = {"luminaire"};
     {
-        DaemonProcess daemon({"--size", "160x160", "--state", state});
+        DaemonProcess daemon({"--renderer", "gl", "--size", "160x160", "--state", state});
         for (int i = 0; i < 7; ++i) {
             const std::string number = std::to_string(i);
             std::string text = fine_ies(kMaxProfileBytes / 11);
@@ -124,7 +125,7 @@ TEST(Largest, AShowOfTheLargestFilesIsReadyInTime) {
         EXPECT_EQ(daemon.stop(), 0);
     }
     const auto begin = Clock::now();
-    DaemonProcess daemon({"--size", "160x160", "--state", state});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "160x160", "--state", state});
     EXPECT_LT(Clock::now() - begin, std::chrono::seconds(30));
     std::vector<std::string> restored;
     const Json scene = daemon.json({"get"});
@@ -145,10 +146,10 @@ TEST(Largest, ASceneThatDoesNotFitIsRefusedAndOneThatGoesIsGivenBack) {
         daemon.rev({"load", "scene", "cornell"});
     };
     {
-        const DaemonProcess daemon({"--size", "160x160", "--max-memory-mib", "600"});
+        const DaemonProcess daemon({"--renderer", "gl", "--size", "160x160", "--max-memory-mib", "600"});
         refused(daemon);
     }
-    DaemonProcess daemon({"--size", "160x160"});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "160x160"});
     const double before_mib = resident_mib(daemon.pid());
     rlimit unlimited{}, tight{};
     ASSERT_EQ(::prlimit(daemon.pid(), RLIMIT_AS, nullptr, &unlimited), 0);

@@ -54,7 +54,8 @@ double mean_of(const std::string& file) {
 
 TEST(Operations, AStillAfterARevisionContainsIt) {
     TemporaryFolder folder;
-    DaemonProcess daemon({"--scene", folder.file("floor.gltf", floor_gltf(0.5)), "--size", "64x64"});
+    DaemonProcess daemon(
+        {"--renderer", "gl", "--scene", folder.file("floor.gltf", floor_gltf(0.5)), "--size", "64x64"});
     const unsigned now = daemon.json({"get", "scene_rev"}).get<unsigned>();
     // Asked for before the change is there.
     Answer late;
@@ -173,8 +174,8 @@ TEST(Operations, AReloadSaysWhatStays) {
     ASSERT_TRUE(make_certificate(folder.path(""), "used"));
     const std::string token = folder.file("token", "the-first-token-of-two\n"), certificate = folder.path("used.crt"),
                       whole = folder.path("whole.crt");
-    DaemonProcess daemon({"--size", "64x64", "--renderer", "null", "--token-file", token, "--tls-cert", certificate,
-                          "--tls-key", folder.path("used.key")});
+    DaemonProcess daemon(
+        {"--size", "64x64", "--token-file", token, "--tls-cert", certificate, "--tls-key", folder.path("used.key")});
     const auto last_line = [&](const char* awaited) {
         std::string line;
         for (int i = 0; i < 100 && line.find(awaited) == std::string::npos; ++i) {

@@ -9,6 +9,8 @@
 #include <memory>
 #include <thread>
 
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/gonio.pb.h"
 #include "tests/e2e/daemon_process.h"
 #include "tests/e2e/measured.h"
 #include "tests/e2e/mover.h"
@@ -94,7 +96,7 @@ std::string shows_fresh_frames(const DaemonProcess& daemon, double bits_per_s, d
 }
 
 TEST(Pacing, ANarrowLineShowsFreshFramesForAsLongAsItLasts) {
-    const DaemonProcess daemon({"--size", "640x640"});
+    const DaemonProcess daemon({"--renderer", "gl", "--size", "640x640"});
     holds_in_one_of_three([&] { return shows_fresh_frames(daemon, 3e6, 120); });
     // Less than the picture would take: the line is full. Of frames of Bandwidth::kLeastBudgetBytes, 55 ms each there,
     // two are on their way.
@@ -104,7 +106,7 @@ TEST(Pacing, ANarrowLineShowsFreshFramesForAsLongAsItLasts) {
 // One that never reads, one that reads at a tenth of what comes: whoever reads does not feel them. Result: what did not
 // hold.
 std::string slow_readers_trouble_nobody() {
-    DaemonProcess daemon({"--size", "320x320", "--max-private-lanes", "1"});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "320x320", "--max-private-lanes", "1"});
     if (!daemon.transport_ready()) return "no transport";
     const std::uint16_t port = port_of(daemon.url());
     Client first(port), fast(port);
@@ -157,7 +159,7 @@ TEST(Pacing, SlowReadersAreNobodyElsesTrouble) {
 
 // What a viewer over a wide link feels: from sending a command to having the frame that contains it.
 TEST(Pacing, ACommandIsSeenInTheNextFrame) {
-    DaemonProcess daemon({"--size", "320x320"});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "320x320"});
     const std::uint16_t port = port_of(daemon.url());
     Client viewer(port);
     viewer.join(kSubprotocolProto, true, false);
@@ -199,7 +201,7 @@ TEST(Pacing, ManyViewersShareWhatThereIs) {
     std::vector<std::size_t> counts{1, 12};
     if (std::getenv("GONIO_PACING_SECONDS")) counts = {1, 4, 8, 60};
     for (const std::size_t count : counts) {
-        DaemonProcess daemon({"--size", "640x640"});
+        DaemonProcess daemon({"--renderer", "gl", "--size", "640x640"});
         const std::uint16_t port = port_of(daemon.url());
         std::vector<std::unique_ptr<Client>> viewers;
         for (std::size_t i = 0; i < count; ++i) {
@@ -236,7 +238,7 @@ TEST(Pacing, ManyViewersShareWhatThereIs) {
 
 // A still picture on a narrow line: it sharpens, one frame says that it is final, then nothing more comes.
 TEST(Pacing, AStillPictureSharpensAndThenIsSilent) {
-    DaemonProcess daemon({"--size", "320x320"});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "320x320"});
     ThrottleProxy line(port_of(daemon.url()), {1.5e6, 20ms, 16 << 10});
     Client viewer(line.port());
     viewer.join(kSubprotocolProto, true, false);
@@ -305,7 +307,7 @@ Waits longest_waits(const DaemonProcess& daemon, std::chrono::seconds time) {
 // Beside captures and a camera that swings, in a scene of many lights.
 std::string ten_that_never_read_hold_up_nobody() {
     TemporaryFolder folder;
-    DaemonProcess daemon({"--size", "320x320"});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "320x320"});
     if (!daemon.transport_ready()) return "no transport";
     for (int i = 0; i < 31; ++i)
         daemon.rev({"add", "light", "light " + std::to_string(i), "--profile", "downlight", "--position",

@@ -30,7 +30,8 @@ double floor_lx(double x, double z) {
 
 TEST(Reference, AllQualitiesReadTheInverseSquareLaw) {
     TemporaryFolder folder;
-    DaemonProcess daemon({"--scene", folder.file("floor.gltf", floor_gltf(0.5)), "--size", "64x64"});
+    DaemonProcess daemon(
+        {"--renderer", "gl", "--scene", folder.file("floor.gltf", floor_gltf(0.5)), "--size", "64x64"});
     for (const char* quality : {"interactive", "rsm", "reference"}) {
         const Json meter = daemon.json({"meter", "--point", "0,0,0", "--normal", "0,1,0", "--quality", quality});
         EXPECT_NEAR(meter["direct_lx"].get<double>(), 250.0, 0.5) << quality;
@@ -51,7 +52,8 @@ TEST(Reference, AllQualitiesReadTheInverseSquareLaw) {
 
 TEST(Reference, GridsOfAllQualities) {
     TemporaryFolder folder;
-    DaemonProcess daemon({"--scene", folder.file("floor.gltf", floor_gltf(0.5)), "--size", "64x64"});
+    DaemonProcess daemon(
+        {"--renderer", "gl", "--scene", folder.file("floor.gltf", floor_gltf(0.5)), "--size", "64x64"});
     for (const char* quality : {"interactive", "rsm", "reference"}) {
         const Json grid = daemon.json({"meter", "--point", "-2,0,-1", "--normal", "0,1,0", "--u", "4,0,0", "--v",
                                        "0,0,3", "--count", "4x3", "--quality", quality});
@@ -81,7 +83,7 @@ TEST(Reference, GridsOfAllQualities) {
 
 // An interactive grid leaves the picture to the viewers: a level change in between costs one composite.
 TEST(Reference, AGreatGridLetsFramesThroughAndLeavesPassesClean) {
-    DaemonProcess daemon({"--size", "96x96"});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "96x96"});
     daemon.json({"report"});
     const KilledClient grid(daemon.url(), {"meter", "--point", "-1.9,0,-1.9", "--normal", "0,1,0", "--u", "3.8,0,0",
                                            "--v", "0,0,3.8", "--count", "64x64", "--quality", "rsm"});
@@ -100,7 +102,7 @@ TEST(Reference, AGreatGridLetsFramesThroughAndLeavesPassesClean) {
 
 // What it says of its error covers how far the interactive meter is from the traced light of every bounce.
 TEST(Reference, InteractiveErrorsCoverWhatTheyLeaveOut) {
-    DaemonProcess daemon({"--size", "64x64"});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "64x64"});
     double squares = 0.0, spread = 0.0;
     for (const char* point : {"0,0,1.5", "-1.2,0,0.4", "1.5,0,-1.5", "0.7,0,1.9", "-1.8,0,1.8", "1.1,0,0.9"}) {
         const Json list = daemon.json({"meter", "--point", point, "--normal", "0,1,0"});
@@ -119,7 +121,7 @@ TEST(Reference, InteractiveErrorsCoverWhatTheyLeaveOut) {
 
 // The left wall of cornell seen straight on from a metre away: pixels are patches of it.
 TEST(Reference, CaptureAndMeterAgree) {
-    DaemonProcess daemon({"--size", "64x64"});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "64x64"});
     const double tan_half = 0.2, distance = 1.0;
     daemon.rev({"set", "camera", "--eye", "-1,3,1", "--target", "-2,3,1", "--fov",
                 std::to_string(2 * std::atan(tan_half) * 180 / M_PI)});
@@ -170,7 +172,7 @@ TEST(Reference, CaptureAndMeterAgree) {
 }
 
 TEST(Reference, FewSamplesAndLittleTime) {
-    DaemonProcess daemon({"--size", "64x64"});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "64x64"});
     TemporaryFolder folder;
     const auto capture = [&](const std::string& file, std::vector<std::string> more) {
         std::vector<std::string> words{"capture", folder.path(file), "--quality", "reference"};
@@ -200,7 +202,7 @@ TEST(Reference, FewSamplesAndLittleTime) {
 }
 
 TEST(Reference, FramesGoOnBesideACaptureThatEndsWithItsClient) {
-    DaemonProcess daemon({"--size", "128x128"});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "128x128"});
     daemon.json({"report"});
     TemporaryFolder folder;
     {

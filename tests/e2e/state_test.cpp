@@ -122,7 +122,7 @@ TEST(SavedShow, ComesBackAfterAKill) {
     EXPECT_EQ(daemon.stop(), 0);
     EXPECT_EQ(show_in(file)["scene_rev"], last) << "what was changed right before the end is there";
     EXPECT_EQ(show_in(file)["complete"], true);
-    DaemonProcess again({"--state", file, "--renderer", "null"});
+    DaemonProcess again({"--state", file});
     EXPECT_EQ(again.json({"get", "master_ratio"}), 0.6);
 }
 
@@ -132,7 +132,7 @@ TEST(SavedShow, TheFileIsWholeWheneverTheProgramIsKilled) {
     std::mt19937 random(7);
     double master = 1, at_start = 1;
     for (int round = 0; round < 4; ++round) {
-        DaemonProcess daemon({"--size", "64x64", "--state", file, "--renderer", "null"});
+        DaemonProcess daemon({"--size", "64x64", "--state", file});
         // What came back was true once: between what the last run began with and what it ended with.
         const double restored = daemon.json({"get", "master_ratio"});
         EXPECT_GE(restored, master * 0.999 - 1e-6);  // the last one may have been cut off before its answer
@@ -162,32 +162,32 @@ TEST(SavedShow, AnotherSceneOnTheCommandLineAndABadFileKeepWhatWasThere) {
     const std::string scene = folder.file("floor.gltf", floor_gltf(0.5));
     unsigned rev = 0;
     {
-        DaemonProcess daemon({"--size", "64x64", "--state", file, "--renderer", "null"});
+        DaemonProcess daemon({"--size", "64x64", "--state", file});
         rev = daemon.rev({"set", "master", "0.5"});
     }
     const std::string cornell = text_of(file);
     {
-        DaemonProcess daemon({"--size", "64x64", "--state", file, "--renderer", "null", "--scene", scene});
+        DaemonProcess daemon({"--size", "64x64", "--state", file, "--scene", scene});
         EXPECT_EQ(daemon.json({"get", "master_ratio"}), 1.0);
         EXPECT_GT(daemon.json({"get", "scene_rev"}).get<unsigned>(), rev);
         EXPECT_EQ(text_of(file + ".aside"), cornell);
         daemon.rev({"set", "master", "0.25"});
     }
     {
-        DaemonProcess daemon({"--state", file, "--renderer", "null", "--size", "96x64"});
+        DaemonProcess daemon({"--state", file, "--size", "96x64"});
         EXPECT_EQ(std::filesystem::path(daemon.json({"get", "scene"}).get<std::string>()).filename(), "floor.gltf");
         EXPECT_EQ(daemon.json({"get", "master_ratio"}), 0.25);
         EXPECT_EQ(daemon.json({"get", "size_px"}), Json({96, 64})) << "said on the command line";
     }
     std::filesystem::remove(scene);
     {
-        DaemonProcess daemon({"--state", file, "--renderer", "null"});
+        DaemonProcess daemon({"--state", file});
         EXPECT_EQ(daemon.json({"get", "scene"}), "cornell") << "the saved one is gone";
         EXPECT_EQ(daemon.json({"get", "master_ratio"}), 0.25);
         EXPECT_EQ(Json::parse(text_of(file + ".aside-2"))["master_ratio"], 0.25);
     }
     std::ofstream(file) << cornell.substr(0, cornell.size() / 2);
-    DaemonProcess daemon({"--state", file, "--renderer", "null", "--size", "64x64"});
+    DaemonProcess daemon({"--state", file, "--size", "64x64"});
     EXPECT_EQ(daemon.json({"get", "master_ratio"}), 1.0);
     EXPECT_EQ(text_of(file + ".bad"), cornell.substr(0, cornell.size() / 2));
 }
@@ -196,7 +196,7 @@ TEST(SavedShow, WhatCannotBeRestoredIsKeptAside) {
     const TemporaryFolder folder;
     const std::string file = folder.path("show.json");
     {
-        DaemonProcess daemon({"--size", "64x64", "--state", file, "--renderer", "null"});
+        DaemonProcess daemon({"--size", "64x64", "--state", file});
         daemon.rev({"add", "light", "spot", "--profile", "narrow_spot", "--position", "1,3,0"});
         daemon.rev({"preset", "save", "look"});
         EXPECT_EQ(daemon.stop(), 0);
@@ -205,7 +205,7 @@ TEST(SavedShow, WhatCannotBeRestoredIsKeptAside) {
     show["profiles"][0]["photometry"] = "SUVTTkE6TE0tNjMtMjAwMgpicm9rZW4=";  // a header and nothing else
     const std::string broken = show.dump();
     std::ofstream(file) << broken;
-    DaemonProcess daemon({"--state", file, "--renderer", "null"});
+    DaemonProcess daemon({"--state", file});
     ASSERT_TRUE(until([&] { return text_of(file) != broken && show_in(file).is_object(); }));
     EXPECT_EQ(show_in(file)["lights"].size(), show["lights"].size() - 1) << "what is shown is what is saved";
     EXPECT_EQ(text_of(file + ".aside"), broken) << "and the lost light is not gone";
@@ -215,7 +215,7 @@ TEST(SavedShow, WhatCannotBeRestoredIsKeptAside) {
 TEST(SavedShow, AFullDiskEndsNothing) {
     const TemporaryFolder folder;
     const std::string file = folder.path("show.json");
-    DaemonProcess daemon({"--size", "64x64", "--state", file, "--renderer", "null"});
+    DaemonProcess daemon({"--size", "64x64", "--state", file});
     ASSERT_TRUE(until([&] { return show_in(file).is_object(); }));
     rlimit free{};
     ASSERT_EQ(prlimit(daemon.pid(), RLIMIT_FSIZE, nullptr, &free), 0);
@@ -235,7 +235,7 @@ TEST(SavedShow, IsOneServersAloneAndStaysBehindItsLink) {
     const TemporaryFolder folder;
     const std::string file = folder.path("real.json"), link = folder.path("link.json");
     std::filesystem::create_symlink("real.json", link);
-    const std::vector<std::string> options{"--size", "64x64", "--renderer", "null", "--state"};
+    const std::vector<std::string> options{"--size", "64x64", "--state"};
     const auto with = [&](const std::string& path) {
         std::vector<std::string> all = options;
         all.push_back(path);
@@ -254,7 +254,7 @@ TEST(SavedShow, IsOneServersAloneAndStaysBehindItsLink) {
 TEST(Limits, WithoutDescriptorsTheServerGoesOn) {
     const TemporaryFolder folder;
     const std::string file = folder.path("show.json");
-    DaemonProcess daemon({"--size", "64x64", "--state", file, "--renderer", "null"});
+    DaemonProcess daemon({"--size", "64x64", "--state", file});
     const std::string scene = folder.file("floor.gltf", floor_gltf(0.5));
     ASSERT_TRUE(until([&] { return show_in(file).is_object(); }));
     std::size_t open = 0;
@@ -281,7 +281,8 @@ TEST(Limits, WithoutDescriptorsTheServerGoesOn) {
 }
 
 TEST(ContextLoss, AViewerSeesAGapAndNotAnEnd) {
-    DaemonProcess daemon({"--size", "160x160", "--inject", "gl-loss-after=8", "--inject", "gl-rebuild-fails=1"});
+    DaemonProcess daemon(
+        {"--renderer", "gl", "--size", "160x160", "--inject", "gl-loss-after=8", "--inject", "gl-rebuild-fails=1"});
     const std::string light = daemon.json({"get", "lights[0].name"});
     const Json meter = daemon.json({"meter", "--point", "0,0,1", "--normal", "0,1,0"});
     std::atomic<bool> ends{false};
@@ -302,7 +303,8 @@ TEST(ContextLoss, AViewerSeesAGapAndNotAnEnd) {
 }
 
 TEST(ContextLoss, ThreeFailedRebuildsEndTheProgram) {
-    DaemonProcess daemon({"--size", "64x64", "--inject", "gl-loss-after=1", "--inject", "gl-rebuild-fails=3"});
+    DaemonProcess daemon(
+        {"--renderer", "gl", "--size", "64x64", "--inject", "gl-loss-after=1", "--inject", "gl-rebuild-fails=3"});
     siginfo_t info{};
     ASSERT_TRUE(until([&] {
         return waitid(P_PID, static_cast<id_t>(daemon.pid()), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
@@ -330,11 +332,13 @@ protected:
 };
 
 TEST_F(Ending, WhenIdle) {
+    start({"--renderer", "gl"});
     start();
     expect_prompt_end();
 }
 
 TEST_F(Ending, DuringAReferenceCapture) {
+    start({"--renderer", "gl"});
     start();
     const KilledClient client(daemon->url(),
                               {"capture", "/dev/null/x.png", "--quality", "reference", "--noise", "0.0005"});
@@ -353,6 +357,7 @@ TEST_F(Ending, WhileAScenesFileIsRead) {
 }
 
 TEST_F(Ending, DuringAMeterGrid) {
+    start({"--renderer", "gl"});
     start();
     const KilledClient client(daemon->url(), {"meter", "--point", "-1,0,-1", "--normal", "0,1,0", "--u", "2,0,0", "--v",
                                               "0,0,2", "--count", "64x64"});
@@ -373,7 +378,7 @@ TEST_F(Ending, WithClientsThatDoNotRead) {
 }
 
 TEST_F(Ending, AViewerIsTold) {
-    start({"--renderer", "null"});
+    start();
     std::thread end([&] {
         std::this_thread::sleep_for(500ms);
         EXPECT_EQ(daemon->stop(), 0);
@@ -451,7 +456,7 @@ TEST_F(Ending, WhileAReloadHangs) {
 }
 
 TEST(Roles, ViewersTheLeaseAndConflicts) {
-    DaemonProcess daemon({"--size", "64x64", "--renderer", "null"});
+    DaemonProcess daemon({"--size", "64x64"});
     const auto refused = [&](std::vector<std::string> words) -> Json {
         words.insert(words.begin(), "--json");
         const Finished run = daemon.gonio(words);

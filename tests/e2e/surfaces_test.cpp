@@ -104,7 +104,7 @@ TEST(Surfaces, AMapIsReadAndRefusedWithItsPlace) {
 }
 
 TEST(Presets, SavedRecalledAndFadedOverTime) {
-    DaemonProcess daemon({"--size", "64x64"});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "64x64"});
     const std::string light = daemon.json({"get"})["lights"][0]["name"];
     daemon.rev({"set", "light", light, "--level", "0.8"});
     daemon.rev({"preset", "save", "bright"});
@@ -173,8 +173,8 @@ TEST(Surfaces, SixtyFourLightsRiddenAtOnce) {
     for (int i = 0; i < kLights; ++i)
         map += "[[control]]\ncontrol = \"cc 1/" + std::to_string(i) + "\"\ntarget = \"#" + std::to_string(i + 1) +
                "\"\nproperty = \"level\"\ntakeover = \"jump\"\nsmooth_s = 0\n";
-    DaemonProcess daemon({"--size", "400x400", "--surface-replay", folder.file("box.txt", text), "--surface-map",
-                          folder.file("map.toml", map)});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "400x400", "--surface-replay", folder.file("box.txt", text),
+                          "--surface-map", folder.file("map.toml", map)});
     EXPECT_TRUE(daemon.transport_ready());
     const double one_mib = resident_mib(daemon.pid());
     for (int i = 1; i < kLights; ++i)
@@ -212,7 +212,7 @@ TEST(Surfaces, FaderToFrameAt1kHz) {
     std::string text = "midi 1397:00bc Motor Box\n";
     constexpr int kEvents = 3000;
     for (int i = 0; i < kEvents; ++i) text += bend(2000 + i, 1, static_cast<unsigned>(i * 37 % 16384));
-    DaemonProcess daemon({"--size", "320x320", "--surface-replay", folder.file("box.txt", text)});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "320x320", "--surface-replay", folder.file("box.txt", text)});
     const Viewer viewer(daemon);
     pause_ms(1200);
     const auto before = daemon.json({"stats"})["frames_rendered"].get<unsigned>();

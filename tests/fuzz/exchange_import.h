@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "protocol/dmx/patch.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/console.pb.h"
 #include "server/exchange/import_mvr.h"
 #include "server/scene/apply.h"
 #include "server/scene/body.h"

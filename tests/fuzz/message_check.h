@@ -10,6 +10,7 @@
 
 #include "protocol/schema/codec.h"
 #include "protocol/schema/frame_header.h"
+#include "protocol/schema/gonio.pb.h"
 #include "server/scene/apply.h"
 #include "server/scene/state.h"
 #include "tests/fuzz/require.h"

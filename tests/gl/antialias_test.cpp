@@ -6,7 +6,8 @@
 #include <numbers>
 #include <tuple>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/report.pb.h"
 #include "server/scene/apply.h"
 #include "server/trace/sources.h"
 #include "tests/gl/test_context.h"

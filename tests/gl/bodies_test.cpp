@@ -3,7 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/measure.pb.h"
 #include "server/session/pick.h"
 #include "server/trace/reference.h"
 #include "tests/gl/body_scene.h"

@@ -5,7 +5,9 @@
 #include <map>
 #include <set>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/light.pb.h"
+#include "protocol/schema/report.pb.h"
 #include "server/assets/assets.h"
 #include "server/scene/strobe.h"
 #include "tests/gl/body_scene.h"

@@ -1,5 +1,5 @@
 // Direct light against I(θ) cos / d², from the meter and from the pixels of the illuminance picture.
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/command.pb.h"
 #include "server/assets/assets.h"
 #include "tests/gl/test_context.h"
 #include "tests/scenes/show.h"
@@ -225,7 +225,7 @@ TEST(Direct, LevelMultiplierColourAndMasterMultiply) {
     EXPECT_NEAR(reading.direct_lx(), base * (0.2126 + 0.7152 * 0.5 + 0.0722 * 0.25), 0.3);
 }
 
-// A tint is a colour of luminance 1: what it does to each channel is in tests/unit/white_test.cpp.
+// A tint is a colour of luminance 1: what it does to each channel is in tests/unit/scene/white_test.cpp.
 TEST(Direct, ATintKeepsTheLux) {
     Renderer renderer(context(), direct_light());
     make_coarse(renderer);

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <functional>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/report.pb.h"
+#include "protocol/schema/view.pb.h"
 #include "server/session/legend.h"
 #include "server/trace/geometry.h"
 #include "tests/gl/test_context.h"

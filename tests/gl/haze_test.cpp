@@ -5,7 +5,8 @@
 #include <numbers>
 #include <set>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/report.pb.h"
 #include "server/trace/reference.h"
 #include "tests/gl/test_context.h"
 #include "tests/scenes/placed.h"

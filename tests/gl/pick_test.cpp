@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "protocol/schema/measure.pb.h"
 #include "server/scene/apply.h"
 #include "tests/gl/test_context.h"
 

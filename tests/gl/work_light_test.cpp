@@ -2,7 +2,8 @@
 #include <cmath>
 #include <set>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/report.pb.h"
 #include "tests/gl/test_context.h"
 
 namespace gonio::test {

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <thread>
 
+#include "protocol/schema/command.pb.h"
 #include "tests/conformance/played_daemon.h"
 #include "tests/e2e/daemon_process.h"
 #include "tests/load/swarm.h"
@@ -22,8 +23,8 @@ constexpr int kViewers = 100, kIdle = 2000;
 TEST(LoadGoniod, AHundredViewersAmongTwoThousandIdleSockets) {
     const std::size_t most = conformance::raise_descriptor_limit();
     if (most < kViewers + kIdle + 100) GTEST_SKIP() << "only " << most << " descriptors";
-    test::DaemonProcess daemon(
-        {"--size", "320x320", "--surfaces", "off", "--max-clients", "2200", "--max-connections", "2300"});
+    test::DaemonProcess daemon({"--renderer", "gl", "--size", "320x320", "--surfaces", "off", "--max-clients", "2200",
+                                "--max-connections", "2300"});
     const std::uint16_t port = test::port_of(daemon.url());
     Swarm swarm(port);
     soak::Operator lamp(port);

@@ -11,6 +11,7 @@
 
 #include "protocol/schema/codec.h"
 #include "protocol/schema/frame_header.h"
+#include "protocol/schema/gonio.pb.h"
 #include "tests/conformance/raw_peer.h"
 
 namespace gonio::load {

@@ -118,7 +118,8 @@ def candidates(lines):
 def tests_by_program():
     """{test program: the texts of its test sources}, of those that link everything they test."""
     programs = {}
-    for program in ("unit_tests", "conformance_tests", "gl_tests", "bench_tests", "e2e_tests"):
+    units = sorted(path.name for path in (BUILD / "bin").glob("unit_*"))
+    for program in (*units, "conformance_tests", "gl_tests", "bench_tests", "e2e_tests"):
         out = subprocess.run(["ninja", "-C", str(BUILD), "-t", "inputs", f"bin/{program}"], capture_output=True,
                              text=True).stdout
         sources = {(BUILD / line.strip()).resolve() for line in out.splitlines() if line.endswith(".cpp")}
@@ -141,7 +142,7 @@ def stages(path, programs):
         if fresh:
             result.append((best, sorted(suite for _, suite in fresh)))
             done |= fresh
-    return result or [("unit_tests", ["*"])]
+    return result or [("unit_server", ["*"])]
 
 
 def verdict(runs):

@@ -3,6 +3,8 @@
 #include <stdexcept>
 
 #include "protocol/schema/codec.h"
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/gonio.pb.h"
 
 namespace gonio::soak {
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/messages.h"
 #include "tests/conformance/raw_peer.h"
 
 namespace gonio::soak {

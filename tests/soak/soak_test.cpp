@@ -15,6 +15,9 @@
 #include <numbers>
 #include <random>
 
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/light.pb.h"
 #include "server/session/command_files.h"
 #include "tests/e2e/daemon_process.h"
 #include "tests/e2e/largest_files.h"
@@ -113,7 +116,7 @@ std::pair<int, std::string> answer_of(std::uint16_t port, const std::string& req
 class Soak : public testing::Test {
 protected:
     test::DaemonProcess daemon_{
-        {"--size", "320x320", "--surfaces", "off", "--inject", "gl-loss-every=" + loss_every()}};
+        {"--renderer", "gl", "--size", "320x320", "--surfaces", "off", "--inject", "gl-loss-every=" + loss_every()}};
     const std::uint16_t port_ = test::port_of(daemon_.url());
     load::Swarm swarm_{port_};
     test::ThrottleProxy line_{port_, {1e6, 20ms, 16 << 10}};

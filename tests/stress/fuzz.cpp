@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "ies/synthetic.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/command.pb.h"
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
 #include "tests/scenes/dice.h"

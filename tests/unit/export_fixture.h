@@ -16,10 +16,9 @@
 #include "server/scene/orientation.h"
 #include "server/trace/reference.h"
 #include "tests/scenes/scenes.h"
+#include "tests/unit/angles.h"
 
 namespace gonio::test {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 // A luminaire whose lamp gives 60 % where it is aimed at the horizon, with a ballast factor of 0.9.
 inline std::string tilting_lm63() {

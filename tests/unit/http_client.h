@@ -14,6 +14,8 @@
 
 #include "protocol/schema/codec.h"
 #include "protocol/schema/frame_header.h"
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/session.pb.h"
 
 namespace gonio::test {
 

@@ -16,6 +16,7 @@
 #include <cstdlib>
 #include <sstream>
 
+#include "protocol/schema/surface.pb.h"
 #include "server/surfaces/control_surfaces.h"
 
 namespace gonio::test {

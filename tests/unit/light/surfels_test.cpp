@@ -1,0 +1,252 @@
+// Where surfels are (server/transport/surfels.h), how large they are, and which way they face.
+#include "server/transport/surfels.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "server/assets/assets.h"
+#include "server/trace/sampler.h"
+#include "tests/unit/light/made_transport.h"
+
+namespace gonio::transport {
+namespace {
+
+using test::quad;
+
+TEST(Transport, SurfelsCoverWhatLightReachesAndNothingElse) {
+    const Made made(scene_of(make_cornell()));
+    const Surfels& s = made.surfels();
+    EXPECT_GT(s.count, 20'000u);
+    EXPECT_LT(s.count, 40'000u);
+    // Every link that meets a surface finds a surfel: no holes. Inside the closed blocks there are none.
+    std::size_t met = 0, lost = 0;
+    trace::HitPacket hits;
+    std::uint16_t ids[trace::kPacket];
+    for (std::size_t i = 0; i < s.count; i += 5) {
+        const glm::vec3 p = s.position(i);
+        const Fan fan = make_fan(p + s.geometric[i] * made.geometry->step_off(p), s.normal(i), s.geometric[i],
+                                 fan_directions(77, 0));
+        const unsigned found = follow(fan, *made.geometry, s, *made.transport->surface->cells, hits, ids);
+        for (unsigned k = 0; k < trace::kPacket; ++k) {
+            if ((found >> k & 1u) == 0) continue;
+            ++met;
+            lost += ids[k] == s.count;
+        }
+    }
+    EXPECT_LT(static_cast<double>(lost) / static_cast<double>(met), 0.005);
+    EXPECT_TRUE(reaches(*made.transport, made.light));
+    EXPECT_FALSE(reaches(*made.transport, made.geometry->local({-0.85, 0.6, -0.5}))) << "inside the tall block";
+}
+
+// A pane that stops a fifth of the light has a fifth of its area, on each side, also where small surfels are.
+TEST(Transport, APaneHasTheAreaThatStopsLight) {
+    std::vector<test::Placed> pieces = test::box({0, 0, 0}, {1, 1, 1}, 0.5, true);
+    for (test::Placed& piece : pieces) piece.material = test::matte(0.5);
+    test::Placed pane;
+    pane.mesh = quad({0.5, 0, 0}, {0.5, 0, 1}, {0.5, 1, 1}, {0.5, 1, 0});
+    pane.material = test::matte(0.9);
+    pane.material.alpha_blend = true, pane.material.base_color.a = 0.2f;
+    pieces.push_back(pane);
+    const Made made(
+        test::scene_of_pieces(std::move(pieces), {test::light_seed(test::isotropic(1.0), {0.46, 0.5, 0.5})}), kFew);
+    double all_m2 = 0.0, crowded_m2 = 0.0, met_m2 = 0.0;
+    for (std::size_t i = 0; i < made.surfels().count; ++i) {
+        if (std::abs(made.surfels().normal(i).x) < 0.9f ||
+            std::abs(made.geometry->origin().x + static_cast<double>(made.surfels().position(i).x) - 0.5) > 1e-3)
+            continue;
+        all_m2 += static_cast<double>(made.surfels().area_m2[i]);
+        if (!made.surfels().crowded(i)) continue;
+        crowded_m2 += static_cast<double>(made.surfels().area_m2[i]);
+        met_m2 += static_cast<double>(made.transport->met_m2[i]);
+    }
+    EXPECT_NEAR(all_m2, 2 * 0.2, 0.05 * 2 * 0.2);
+    EXPECT_NEAR(met_m2, crowded_m2, 0.06 * crowded_m2);
+}
+
+// Flux that lands on a surfel is divided by the area on which links meet it. Points drawn evenly over all faces say how
+// large that is: each one's cell has a surfel.
+TEST(Transport, LinksSayHowLargeASurfelIs) {
+    const Made made(room({1.0, 1.0, 1.0}, 0.5f, {0.4, 0.5, 0.6}), kFew);
+    const Surfels& s = made.surfels();
+    const SceneAsset& asset = made.geometry->asset();
+    constexpr int kPoints = 1 << 19;  // some 250 a surfel
+    std::vector<double> cell_m2(s.count + 1, 0.0);
+    const auto triangles = 2 * asset.instances.size();  // all of one size
+    for (std::uint32_t i = 0; i < kPoints; ++i) {
+        trace::Sample sample(11, i);
+        const glm::vec2 which = sample.next(), where = sample.next();
+        const auto triangle =
+            std::min(static_cast<std::size_t>(which.x * static_cast<float>(triangles)), triangles - 1);
+        const float root = std::sqrt(where.x);
+        cell_m2[made.transport->surface->cells->surfel_at(static_cast<unsigned>(triangle / 2),
+                                                          static_cast<unsigned>(triangle % 2), root * (1.0f - where.y),
+                                                          root * where.y, true)] += 6.0 / kPoints;
+    }
+    double all_m2 = 0.0, squares = 0.0, before = 0.0;
+    for (std::size_t i = 0; i < s.count; ++i) {
+        const double met_m2 = static_cast<double>(made.transport->met_m2[i]);
+        all_m2 += met_m2;
+        squares += std::pow(met_m2 / cell_m2[i] - 1.0, 2.0);
+        before += std::pow(static_cast<double>(s.area_m2[i]) / cell_m2[i] - 1.0, 2.0);
+    }
+    const double count = static_cast<double>(s.count);
+    EXPECT_EQ(cell_m2[s.count], 0.0);
+    EXPECT_NEAR(all_m2, 6.0, 0.01 * 6.0);
+    EXPECT_LT(std::sqrt(squares / count), 0.12) << "512 links and 250 points: 8 %";
+    EXPECT_GT(std::sqrt(before / count), 0.15) << "else the links are not needed";
+}
+
+// Illuminance changes over distances like that to the luminaire, and so do surfels lie near it.
+TEST(Transport, SurfelsCrowdNearALuminaire) {
+    const Made made(room({4.0, 3.0, 5.0}, 0.5f, {0.1, 1.0, 2.0}));
+    const Surfels& s = made.surfels();
+    std::size_t close = 0, crowded = 0;
+    for (std::size_t i = 0; i < s.count; ++i) {
+        const float from_m = glm::distance(s.position(i), made.light);
+        EXPECT_LE(s.spacing_m[i], s.radius_m);
+        if (s.spacing_m[i] < s.radius_m) ++crowded;
+        if (from_m > 6.0f * s.radius_m) {
+            EXPECT_EQ(s.spacing_m[i], s.radius_m);
+        }
+        // A disc of the luminaire's distance around its foot; evenly spaced surfels would be 0.03 / radius² in it.
+        if (from_m < 0.1f * std::numbers::sqrt2_v<float>) ++close;
+    }
+    EXPECT_GT(static_cast<float>(close), 2.0f * 0.0314f * 0.55f / (s.radius_m * s.radius_m));
+    EXPECT_GT(crowded, close);
+    EXPECT_LT(crowded, s.count / 10);
+}
+
+// A luminaire that is mounted on the ceiling: all surfels together are as large as the room's surfaces.
+TEST(Transport, AreasNearALuminaireOnASurface) {
+    const Made made(room({1.0, 1.0, 1.0}, 0.5f, {0.5, 1.0, 0.5}), kFew);
+    double all_m2 = 0.0, met_m2 = 0.0;
+    for (std::size_t i = 0; i < made.surfels().count; ++i) {
+        all_m2 += static_cast<double>(made.surfels().area_m2[i]);
+        met_m2 += static_cast<double>(made.transport->met_m2[i]);
+    }
+    EXPECT_NEAR(all_m2, 6.0, 0.02 * 6.0);
+    EXPECT_NEAR(met_m2, 6.0, 0.02 * 6.0);
+}
+
+// Surfels of all sizes in a shallow box around a luminaire: together they are as large as the box.
+TEST(Transport, AreasWhereSurfelsChangeSize) {
+    const Made made(room({0.4, 0.1, 0.3}, 0.5f, {0.2, 0.05, 0.15}), {.least = 200, .most = 200});
+    double all_m2 = 0.0;
+    for (const float area_m2 : made.surfels().area_m2) all_m2 += static_cast<double>(area_m2);
+    EXPECT_NEAR(all_m2, 0.38, 0.03 * 0.38);
+}
+
+// On a wall 5 cm from a luminaire surfels grow with the distance from its foot. Those of a disc that has most of the
+// small ones are as large as it.
+TEST(Transport, AreasGrowWithSurfels) {
+    const Made made(room({1.0, 1.0, 1.0}, 0.5f, {0.5, 0.5, 0.05}), kFew);
+    const glm::vec3 foot = made.geometry->local({0.5, 0.5, 0.0});
+    double disc_m2 = 0.0;
+    for (std::size_t i = 0; i < made.surfels().count; ++i) {
+        if (glm::distance(made.surfels().position(i), foot) < 0.2f)
+            disc_m2 += static_cast<double>(made.surfels().area_m2[i]);
+    }
+    const double expected_m2 = std::numbers::pi * 0.2 * 0.2;
+    EXPECT_NEAR(disc_m2, expected_m2, 0.06 * expected_m2) << "11 % too small where neighbours' areas are just averaged";
+}
+
+// A carpet that lies exactly on the floor: light meets either of the two, and their area counts once.
+TEST(Transport, FacesThatCoincideCountOnce) {
+    std::vector<test::Placed> pieces = test::box({0, 0, 0}, {1, 1, 1}, 0.5, true);
+    test::Placed carpet;
+    carpet.mesh = quad({0.05, 0, 0.95}, {0.95, 0, 0.95}, {0.95, 0, 0.05}, {0.05, 0, 0.05});
+    pieces.push_back(carpet);
+    for (test::Placed& piece : pieces) piece.material = test::matte(0.5);
+    const Made made(test::scene_of_pieces(std::move(pieces), {test::light_seed(test::isotropic(1.0), {0.5, 0.6, 0.5})}),
+                    kFew);
+    double all_m2 = 0.0;
+    for (const float area_m2 : made.surfels().area_m2) all_m2 += static_cast<double>(area_m2);
+    EXPECT_NEAR(all_m2, 6.0, 0.02 * 6.0);
+}
+
+// A flat housing of sheet metal, open by a slit: most of the light stays inside, where a sheet faces as the outside of
+// the opposite one does. Both sides of all sheets have surfels.
+TEST(Transport, TheOutsideOfAHousingHasSurfels) {
+    const glm::dvec3 low(2.0, 1.5, 2.0), high(2.4, 1.6, 2.3);
+    std::vector<test::Placed> pieces = test::box({0, 0, 0}, {6, 3, 6}, 0.5, true);
+    for (test::Placed& face : test::box(low, high, 0.5, false)) {
+        const bool bottom = std::all_of(face.mesh.vertices.begin(), face.mesh.vertices.end(),
+                                        [&](const Vertex& v) { return std::abs(v.position.y - 1.5f) < 1e-3f; });
+        if (!bottom) pieces.push_back(std::move(face));
+    }
+    for (const auto& [from, to] : {std::pair(2.0, 2.19), std::pair(2.21, 2.4)}) {
+        test::Placed half;
+        half.mesh = quad({from, 1.5, 2.0}, {to, 1.5, 2.0}, {to, 1.5, 2.3}, {from, 1.5, 2.3});
+        pieces.push_back(half);
+    }
+    for (test::Placed& piece : pieces) piece.material = test::matte(0.5);
+    const Made made(
+        test::scene_of_pieces(std::move(pieces), {test::light_seed(test::isotropic(1.0), {2.2, 1.55, 2.15})}));
+    double outside_m2 = 0.0;
+    for (std::size_t i = 0; i < made.surfels().count; ++i) {
+        const glm::dvec3 p = glm::dvec3(made.surfels().position(i)) + made.geometry->origin(),
+                         n(made.surfels().geometric[i]), middle = 0.5 * (low + high);
+        const bool housing = glm::all(glm::lessThan(glm::abs(p - middle), 0.5 * (high - low) + 1e-3));
+        if (housing && glm::dot(n, p - middle) > 0.0) outside_m2 += static_cast<double>(made.surfels().area_m2[i]);
+    }
+    EXPECT_NEAR(outside_m2, 0.38 - 0.006, 0.1 * 0.38);
+}
+
+// However many luminaires there are, those near them are some 5 % more at most.
+TEST(Transport, ManyLuminairesCrowdLess) {
+    const Scene scene = room({10.0, 3.0, 10.0}, 0.5f, {5.0, 1.5, 5.0});
+    const auto geometry = std::make_shared<const trace::Geometry>(scene.asset);
+    std::vector<glm::vec3> few = {geometry->local({5.0, 1.5, 5.0})}, many = few;
+    for (int i = 0; i < 400; ++i)
+        many.push_back(geometry->local({0.25 + 0.5 * (i % 20), 2.95, 0.25 + 0.5 * static_cast<double>(i / 20)}));
+    Pool pool;
+    const auto go_on = [] { return false; };
+    const std::size_t without = place_surfels(*geometry, few, few.size(), {}, pool, go_on).count,
+                      with = place_surfels(*geometry, many, many.size(), {}, pool, go_on).count;
+    EXPECT_LT(static_cast<double>(with), 1.08 * static_cast<double>(without));
+    EXPECT_GT(static_cast<double>(with), 1.01 * static_cast<double>(without));
+}
+
+// A luminaire in a housing of 0.2 m that hangs over a floor of 100 m: light reaches a millionth of all surfaces.
+TEST(Transport, AHousingInALargeSceneHasSurfels) {
+    std::vector<test::Placed> pieces = test::box({0, 2, 0}, {0.2, 2.2, 0.2}, 0.5, false);
+    test::Placed floor;
+    floor.mesh = quad({-50, 0, 50}, {50, 0, 50}, {50, 0, -50}, {-50, 0, -50});
+    pieces.push_back(floor);
+    for (test::Placed& piece : pieces) piece.material = test::matte(0.5);
+    const Made made(
+        test::scene_of_pieces(std::move(pieces), {test::light_seed(test::isotropic(1.0), {0.1, 2.1, 0.1})}));
+    EXPECT_GT(made.surfels().count, 10'000u);
+    const double area = 6 * 0.2 * 0.2, expected = 4 * std::numbers::pi * 0.5 / (area * 0.5);
+    // Rays start some tenths of a millimetre off surfaces, as coordinates of 50 m ask for.
+    EXPECT_NEAR(made.mean(made.irradiance.indirect), expected, 0.05 * expected);
+}
+
+// A normal map that tilts the whole floor by 30 degrees: surfels face where the map says.
+TEST(Transport, SurfelsFaceAsNormalMapsSay) {
+    Scene scene = test::floor_scene(4.0, 0.8f, test::isotropic(1.0), {0, 1, 0});
+    auto asset = std::make_shared<SceneAsset>(*scene.asset);
+    Image tilted;
+    tilted.width_px = tilted.height_px = 1;
+    tilted.rgba = {static_cast<std::uint8_t>(std::lround(127.5 + 127.5 * 0.5)), 128,
+                   static_cast<std::uint8_t>(std::lround(127.5 + 127.5 * std::sqrt(0.75))), 255};
+    tilted.linear = true;
+    asset->images.push_back(tilted);
+    for (Material& material : asset->materials) material.normal_image = 0;
+    for (Mesh& mesh : asset->meshes) mesh.tangents.assign(mesh.vertices.size(), glm::vec4(1, 0, 0, 1));
+    scene.asset = asset;
+    const Made made(scene, kFew);
+    const Surfels& s = made.surfels();
+    ASSERT_TRUE(s.detailed);
+    for (std::size_t i = 0; i < s.count; ++i) {
+        EXPECT_NEAR(static_cast<double>(s.detailed_normal(i).x), 0.5, 0.01);
+        EXPECT_NEAR(static_cast<double>(s.detailed_normal(i).y), std::sqrt(0.75), 0.01);
+        EXPECT_EQ(s.normal(i), glm::vec3(0, 1, 0)) << "which is what neighbours are compared by";
+    }
+}
+
+}  // namespace
+}  // namespace gonio::transport
