@@ -18,6 +18,7 @@
 #include "server/app/http_options.h"
 #include "server/app/log.h"
 #include "server/app/stop_on_signal.h"
+#include "server/assets/assets.h"
 #include "server/base/threads.h"
 #include "server/lighting/isa.h"
 #include "server/session/command_files.h"
@@ -299,6 +300,7 @@ void App::start() {
     std::printf("READY %s://%s:%u\n", http_server_->secure() ? "https" : "http",
                 plain ? options_.host.c_str() : ("[" + options_.host + "]").c_str(), http_server_->port());
     std::fflush(stdout);
+    prepared_pictures_ = std::jthread(prepare_pictures);
 }
 
 // Between two attempts. Result: whether there shall be another.

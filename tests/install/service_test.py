@@ -91,7 +91,7 @@ class Goniod(unittest.TestCase):
             said = subprocess.run([GONIO, 'doctor', '--json', '--', '--listen', at], capture_output=True, text=True)
         self.assertEqual(said.returncode, 1, said.stderr)
         rows = {row['check']: row for row in map(json.loads, said.stdout.splitlines())}
-        self.assertEqual(set(rows), {'options', 'egl', 'gpu', 'encoder', 'port', 'device', 'time', 'buffer', 'descriptors'})
+        self.assertEqual(set(rows), {'options', 'egl', 'gpu', 'encoder', 'pictures', 'port', 'device', 'time', 'buffer', 'descriptors'})
         self.assertEqual(rows['port']['state'], 'fault')
         self.assertTrue(rows['port']['mend'])
         for row in rows.values():
