@@ -115,15 +115,22 @@ def candidates(lines):
                     yield path, number, kind, line, new
 
 
+def sources_of(program):
+    """The files that a program is compiled from, also those that are compiled several as one."""
+    out = subprocess.run(["ninja", "-C", str(BUILD), "-t", "inputs", f"bin/{program}"], capture_output=True,
+                         text=True).stdout
+    inputs = {(BUILD / line.strip()).resolve() for line in out.splitlines() if line.endswith((".cpp", "_cxx.cxx"))}
+    shared = {path for path in inputs if path.suffix == ".cxx"}
+    return inputs - shared | {pathlib.Path(name) for path in shared
+                              for name in re.findall(r'#include "(.+\.cpp)"', path.read_text())}
+
+
 def tests_by_program():
     """{test program: the texts of its test sources}, of those that link everything they test."""
     programs = {}
     units = sorted(path.name for path in (BUILD / "bin").glob("unit_*"))
     for program in (*units, "conformance_tests", "gl_tests", "bench_tests", "e2e_tests"):
-        out = subprocess.run(["ninja", "-C", str(BUILD), "-t", "inputs", f"bin/{program}"], capture_output=True,
-                             text=True).stdout
-        sources = {(BUILD / line.strip()).resolve() for line in out.splitlines() if line.endswith(".cpp")}
-        programs[program] = [source.read_text() for source in sources if ROOT / "tests" in source.parents]
+        programs[program] = [source.read_text() for source in sources_of(program) if ROOT / "tests" in source.parents]
     return programs
 
 
@@ -132,17 +139,18 @@ def stages(path, programs):
     header, folder = str(pathlib.Path(path).with_suffix(".h")), str(pathlib.Path(path).parent)
     result, done = [], set()
     for wanted in (re.escape(f'"{header}"'), re.escape(f'"{folder}/') + r'\w+\.h"'):
-        best, best_suites, best_count = None, set(), 0
+        found = {}  # {kind: {program: texts}}: unit tests are several programs, of one kind
         for program, texts in programs.items():
-            found = [text for text in texts if re.search("#include " + wanted, text)]
-            if len(found) > best_count:
-                best, best_count = program, len(found)
-                best_suites = {suite for text in found for suite in SUITE.findall(text)}
-        fresh = {(best, suite) for suite in best_suites} - done
-        if fresh:
-            result.append((best, sorted(suite for _, suite in fresh)))
-            done |= fresh
-    return result or [("unit_server", ["*"])]
+            own = [text for text in texts if re.search("#include " + wanted, text)]
+            if own:
+                found.setdefault("unit" if program.startswith("unit_") else program, {})[program] = own
+        best = max(found.values(), key=lambda kind: sum(map(len, kind.values())), default={})
+        for program, texts in best.items():
+            fresh = {(program, suite) for text in texts for suite in SUITE.findall(text)} - done
+            if fresh:
+                result.append((program, sorted(suite for _, suite in fresh)))
+                done |= fresh
+    return result or [(program, ["*"]) for program in programs if program.startswith("unit_")]
 
 
 def verdict(runs):
