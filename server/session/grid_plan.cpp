@@ -114,14 +114,14 @@ std::string plan_svg(const v1::GridValues& values, const std::vector<PlanLight>&
     svg += printed("<g text-anchor='middle' font-size='%.1f'>", size);
     for (int i = 0; i < values.values_lx_size(); ++i) {
         const glm::dvec3 point(values.points_m(3 * i), values.points_m(3 * i + 1), values.points_m(3 * i + 2));
-        const double lx = values.values_lx(i), x = plan.x(point), y = plan.y(point);
+        const double value = values.values_lx(i), x = plan.x(point), y = plan.y(point);
         const bool low = i == first, high_one = i == last && !low;
         if (low || high_one)
             svg +=
                 printed("<rect x='%.1f' y='%.1f' width='%.1f' height='%.1f' rx='2' fill='none' stroke='#000'%s/>",
                         x - 1.05 * size, y - 0.8 * size, 2.1 * size, 1.6 * size, low ? " stroke-dasharray='2 2'" : "");
         svg += printed("<text x='%.1f' y='%.1f'%s>", x, y + 0.35 * size, low || high_one ? " font-weight='bold'" : "") +
-               value_text(lx) + "</text>";
+               value_text(value) + "</text>";
     }
     svg += "</g>" + light_marks(plan, lights) + scale_bar(plan);
     svg +=
