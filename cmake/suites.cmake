@@ -1,6 +1,6 @@
 # gonio_suites(NAME TARGET [ONLY REGEX] [EXCEPT REGEX] [PROPERTIES …]): a CTest test NAME.SUITE for each GoogleTest suite of
 # TARGET whose name matches ONLY and does not match EXCEPT. A suite is one process: single tests would each pay for the
-# start, which is 0.2 s where OpenImageIO is linked. ctest reads the names from TARGET, once after it was linked.
+# start. ctest reads the names from TARGET, once after it was linked.
 function(gonio_suites name target)
     cmake_parse_arguments(PARSE_ARGV 2 suites "" "ONLY;EXCEPT" "PROPERTIES")
     set(file ${CMAKE_CURRENT_BINARY_DIR}/${name}.${target}.suites.cmake)

@@ -56,7 +56,6 @@ class SetPatch;
 class SetSurfaces;
 class ShowFile;
 class Shows;
-class SourceRow;
 class Sources;
 class State;
 class StateChanged;

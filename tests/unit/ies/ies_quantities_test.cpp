@@ -16,6 +16,10 @@
 namespace gonio::ies {
 namespace {
 
+double from_nadir_deg(const Direction& d) {
+    return std::acos(std::clamp(-d[2], -1.0, 1.0)) / kDegree;
+}
+
 using Law = std::function<double(const Direction&)>;
 
 // A luminaire on a grid of equal steps, over the ranges given in degrees.
@@ -134,7 +138,7 @@ TEST(IesQuantities, ConeWithAHardEdge) {
 TEST(IesQuantities, ThreeBeamDefinitionsDifferOnABatwing) {
     // I = 1 + 3 t up to 60 degrees, then falling to 0 at 80: max 4 (at 60) and I(0) = 1.
     const auto law = [](const Direction& d) {
-        const double t = std::acos(std::clamp(-d[2], -1.0, 1.0)) * 180 / kPi;
+        const double t = from_nadir_deg(d);
         return t <= 60 ? 1 + 3 * t / 60 : std::max(0.0, 4 * (80 - t) / 20);
     };
     const Quantities q = quantities(sample_c(1, law));
@@ -184,7 +188,7 @@ TEST(IesQuantities, ADarkWebHasNoAngles) {
 TEST(IesQuantities, BugZonesAndRatings) {
     // 1200 cd forward only, 60 to 80 degrees; the grid's edges are one step wide.
     const auto law = [](const Direction& d) {
-        const double t = std::acos(std::clamp(-d[2], -1.0, 1.0)) * 180 / kPi;
+        const double t = from_nadir_deg(d);
         return d[0] > 0.01 && t > 60.1 && t < 79.9 ? 1200.0 : 0.0;
     };
     const Photometry photometry = sample_c(0.5, law);
@@ -221,7 +225,7 @@ TEST(IesQuantities, TheGlareOfALightThatIsTheSameOnAllSidesHasLimitsOfItsOwn) {
         const double candela = 1500 / (kPi * (std::cos(60 * kPi / 180) - std::cos(80 * kPi / 180)));
         return bug_rating(sample_c(0.5,
                                    [=](const Direction& d) {
-                                       const double t = std::acos(std::clamp(-d[2], -1.0, 1.0)) * 180 / kPi;
+                                       const double t = from_nadir_deg(d);
                                        return (t > 60.1 && t < 79.9 ? candela : 0.0) * (d[0] < 0 ? back : 1.0);
                                    })
                               .web,
@@ -241,7 +245,7 @@ TEST(IesQuantities, EachZoneIsOfItsOwnSide) {
     constexpr double kEdges[] = {0, 30, 60, 80, 90};
     for (std::size_t zone = 0; zone < 4; ++zone) {
         const auto front_only = [&](const Direction& d) {
-            const double t = std::acos(std::clamp(-d[2], -1.0, 1.0)) * 180 / kPi;
+            const double t = from_nadir_deg(d);
             return d[0] > 0.01 && t > kEdges[zone] + 0.1 && t < kEdges[zone + 1] - 0.1 ? 1000.0 : 0.0;
         };
         const BugRating bug = bug_rating(sample_c(0.5, front_only).web, {});
