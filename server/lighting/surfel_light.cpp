@@ -1,5 +1,6 @@
 #include "server/lighting/surfel_light.h"
 
+#include <array>
 #include <limits>
 
 namespace gonio::lighting {
@@ -171,15 +172,36 @@ void LinkEnds::each(const transport::Transport::Surface& surface, const EndLight
 
 void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry& geometry, const DirectLight& light,
                        std::vector<float>& out, Pool& pool) {
-    constexpr std::size_t kChunk = 512;
+    constexpr std::size_t kChunk = 512, kCells = kChunk / transport::kCellPoints;
     static_assert(kChunk % kSimdWidth == 0 && kSimdWidth == transport::kPadding);
     out.resize(surfels.points[0].size());
     pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t count) {
         const float* at[6];
         for (std::size_t k = 0; k < 3; ++k)
-            at[k] = surfels.lit[k].data() + first, at[k + 3] = surfels.facing[k].data() + first;
+            at[k] = surfels.points[k].data() + first, at[k + 3] = surfels.facing[k].data() + first;
         direct_at_points({at[0], at[1], at[2], at[3], at[4], at[5]}, std::span(surfels.geometric).subspan(first, count),
                          geometry, light, out.data() + first);
+    });
+    pool.run_chunks(surfels.all_crowded.size(), kCells, [&](std::size_t first, std::size_t count) {
+        std::array<std::array<float, kChunk>, 6> at{};
+        std::array<float, kChunk> direct{};
+        std::vector<glm::vec3> geometric(count * transport::kCellPoints);
+        const std::span some = std::span(surfels.all_crowded).subspan(first, count);
+        for (std::size_t i = 0; i < geometric.size(); ++i) {
+            const auto& [id, points] = some[i / transport::kCellPoints];
+            const glm::vec3 &p = points.at[i % transport::kCellPoints], n = surfels.detailed_normal(id);
+            for (int k = 0; k < 3; ++k) {
+                at[static_cast<std::size_t>(k)][i] = p[k];
+                at[static_cast<std::size_t>(k) + 3][i] = n[k];
+            }
+            geometric[i] = surfels.geometric[id];
+        }
+        direct_at_points(points_at(at.data(), 0), geometric, geometry, light, direct.data());
+        for (const auto& [id, points] : some) out[id] = 0.0f;
+        for (std::size_t i = 0; i < geometric.size(); ++i) {
+            const auto& [id, points] = some[i / transport::kCellPoints];
+            out[id] += points.share[i % transport::kCellPoints] * direct[i];
+        }
     });
 }
 

@@ -27,9 +27,12 @@ std::vector<ToCrowded> rays_to_crowded(const Transport& transport, const trace::
         if (length_m < far_m || facing <= 0.0f || turned <= 0.0f) continue;
         const float form_factor = m2 * facing * turned / (std::numbers::pi_v<float> * std::pow(length_m, 4.0f));
         found.push_back({i, 0.0f, length_m});
-        for (const glm::vec3& to : points)
-            rays.add(from.start, to + normal * (4.0f * geometry.step_off(to)) - from.start, 1.0f,
-                     {static_cast<std::uint32_t>(found.size() - 1), form_factor / static_cast<float>(points.size())});
+        for (std::size_t k = 0; k < kCellPoints; ++k) {
+            const glm::vec3& to = points.at[k];
+            if (points.share[k] > 0.0f)
+                rays.add(from.start, to + normal * (4.0f * geometry.step_off(to)) - from.start, 1.0f,
+                         {static_cast<std::uint32_t>(found.size() - 1), form_factor * points.share[k]});
+        }
     }
     rays.send();
     return found;

@@ -112,8 +112,10 @@ std::vector<float> met_areas_m2(const Links& links, const Surfels& surfels) {
         each_link(links, surfels,
                   [&](std::size_t i, std::size_t j) { come_m2[j] += static_cast<double>(areas_m2[i]); });
         // come / each = area × own / each
-        for (std::size_t j = 0; j < surfels.count; ++j)
+        for (std::size_t j = 0; j < surfels.count; ++j) {
+            if (surfels.crowded(j)) continue;
             areas_m2[j] = (kOwn * surfels.area_m2[j] + static_cast<float>(come_m2[j])) / (kOwn + own[j]);
+        }
     }
     return areas_m2;
 }

@@ -443,35 +443,16 @@ struct Placement {
         for (std::size_t i = 0; i < s.count; ++i) s.ids_[next[cell[i]]++] = static_cast<std::uint16_t>(i);
     }
 
-    // Chooses where direct light falls on each crowded surfel: of the candidates that are lit like its cell on the
-    // mean, one near the cell's middle. The centre is lit 3 to 7 % more: as surfels lie further apart away from a
-    // source, their cells reach further that way.
+    // Chooses where direct light falls on each crowded surfel.
     static void choose_lit(const std::vector<Candidate>& all, const std::vector<std::uint16_t>& nearest, Surfels& s) {
-        struct Mean {
-            glm::dvec3 position{0.0};
-            double lit = 0.0, area_m2 = 0.0;
-            float least = std::numeric_limits<float>::infinity();
-        };
-        std::vector<Mean> means(s.count);
-        const auto each = [&](const auto& take) {
-            for (std::size_t i = 0; i < all.size(); ++i)
-                if (nearest[i] != s.count && s.crowded(nearest[i])) take(all[i], nearest[i], means[nearest[i]]);
-        };
-        each([](const Candidate& one, std::uint16_t, Mean& mean) {
-            mean.position += one.area_m2 * glm::dvec3(one.position);
-            mean.lit += one.area_m2 * one.lit;
-            mean.area_m2 += one.area_m2;
-        });
-        constexpr double kLit = 5.0;  // a fifth off in light is as far off as a spacing
-        each([&](const Candidate& one, std::uint16_t id, Mean& mean) {
-            const glm::dvec3 off =
-                (glm::dvec3(one.position) - mean.position / mean.area_m2) / static_cast<double>(s.spacing_m[id]);
-            const double lit = mean.lit > 0.0 ? kLit * (one.lit * mean.area_m2 / mean.lit - 1.0) : 0.0;
-            const auto far = static_cast<float>(glm::dot(off, off) + lit * lit);
-            if (far >= mean.least) return;
-            mean.least = far;
-            for (int k = 0; k < 3; ++k) s.lit[k][id] = one.position[k];
-        });
+        std::vector<std::vector<CellMember>> members(s.count);
+        for (std::size_t i = 0; i < all.size(); ++i)
+            if (nearest[i] != s.count && s.crowded(nearest[i]))
+                members[nearest[i]].push_back({all[i].position, all[i].area_m2, all[i].lit});
+        for (std::size_t i = 0; i < s.count; ++i)
+            if (s.crowded(i))
+                s.all_crowded.push_back(
+                    {static_cast<std::uint16_t>(i), cell_points(members[i], s.position(i), s.spacing_m[i])});
     }
 
     // What the candidates nearest to each surfel look like, on the mean, and how much area they stand for.
@@ -482,7 +463,6 @@ struct Placement {
             // In sight: small surfels in front of a sheet are nearer to its points than the sheet's own.
             for (std::size_t i = first; i < first + count; ++i) nearest[i] = s.visible_from(geometry, all[i]);
         });
-        for (std::size_t k = 0; k < 3; ++k) s.lit[k] = s.points[k];
         choose_lit(all, nearest, s);
         // Means are weighted by area, because candidates near sources stand for less of it. A surfel that is nearest to
         // no candidate keeps its own values.
@@ -500,20 +480,6 @@ struct Placement {
             members_m2[to] += m2;
             s.albedo[to] += m2 * all[i].albedo;
             for (int k = 0; k < 3 && s.detailed; ++k) s.facing[k][to] += m2 * all[i].detailed[k];
-        }
-        std::vector<std::vector<glm::vec3>> points(s.count);
-        for (std::size_t i = 0; i < all.size(); ++i) {
-            const std::size_t of = nearest[i];
-            if (of != s.count && s.crowded(of) &&
-                points[of].size() < std::tuple_size_v<decltype(Surfels::Crowded::points)>)
-                points[of].push_back(all[i].position);
-        }
-        for (std::size_t i = 0; i < s.count; ++i) {
-            if (!s.crowded(i)) continue;
-            Surfels::Crowded& one = s.all_crowded.emplace_back();
-            one.id = static_cast<std::uint16_t>(i);
-            one.points.fill(s.position(i));
-            std::copy(points[i].begin(), points[i].end(), one.points.begin());
         }
         for (std::size_t i = 0; i < s.count; ++i) {
             s.albedo[i] /= members_m2[i];
@@ -540,21 +506,25 @@ struct Placement {
             }
         });
         // A few candidates say little of one surfel's area. Those around are as large in relation to their spacing, and
-        // all of them together have what they had.
-        std::vector<float> areas_m2(s.count);
+        // all of them together have what they had. Crowded surfels have some fifty candidates each and keep their own
+        // areas: on the few around a luminaire in a housing the mean over neighbours would be 5 to 8 % too large.
+        std::vector<float> areas_m2(s.area_m2);
         double before_m2 = 0.0, after_m2 = 0.0;
         for (std::size_t i = 0; i < s.count; ++i) {
+            if (s.crowded(i)) continue;
             const auto squared = [&](std::size_t j) { return s.spacing_m[j] * s.spacing_m[j]; };
             float weights[kNeighbours];
             weigh(s, s.neighbours[i].data(), s.position(i), s.normal(i), weights);
+            areas_m2[i] = 0.0f;
             for (std::size_t k = 0; k < kNeighbours; ++k) {
                 const std::size_t j = s.neighbours[i][k];
                 if (j != s.count) areas_m2[i] += weights[k] * squared(i) * (s.area_m2[j] / squared(j));
             }
             before_m2 += static_cast<double>(s.area_m2[i]), after_m2 += static_cast<double>(areas_m2[i]);
         }
-        if (after_m2 > 0.0)
-            for (float& area_m2 : areas_m2) area_m2 *= static_cast<float>(before_m2 / after_m2);
+        const double right = after_m2 > 0.0 ? before_m2 / after_m2 : 1.0;
+        for (std::size_t i = 0; i < s.count; ++i)
+            if (!s.crowded(i)) areas_m2[i] *= static_cast<float>(right);
         s.area_m2 = std::move(areas_m2);
     }
 };

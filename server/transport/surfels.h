@@ -12,6 +12,7 @@
 
 #include "server/base/pool.h"
 #include "server/trace/geometry.h"
+#include "server/transport/cell_points.h"
 
 namespace gonio::transport {
 
@@ -25,17 +26,16 @@ struct Surfels {  // NOLINT(bugprone-reserved-identifier): in the copy that the 
     float radius_m = 0.0f;                     // surfels of like normals are no nearer to each other, but near sources
     std::vector<float> spacing_m;              // how near to this one; radius_m away from sources
     std::vector<float> points[6];              // x y z of the centre, x y z of the shading normal; padded
-    std::vector<float> lit[3];                 // x y z of where its direct light falls: the centre, or, near a source,
-                                               // a place that is lit like its surface on the mean; padded
     std::vector<float> facing[3];              // mean of the normals around as normal maps have them, at most 1 long:
                                                // direct light falls on it, and links start about it; padded
     bool detailed = false;                     // any normal map: else `facing` is the shading normal
     std::vector<glm::vec3> geometric, albedo;  // means of the surface around; albedo 0..1 per channel
     std::vector<float> area_m2;  // of the surface that each stands for; of a pane as much as it stops light
-    // A surfel near a source, and points of the surface that it stands for; its centre where few are known.
+    // A surfel near a source, and where direct light falls on the surface that it stands for. On all other surfels it
+    // falls on the centre.
     struct Crowded {
         std::uint16_t id;
-        std::array<glm::vec3, 4> points;
+        CellPoints points;
     };
     std::vector<Crowded> all_crowded;  // by id
     // By surfel: those near it that it sees, itself first; `count`: none.
@@ -43,7 +43,6 @@ struct Surfels {  // NOLINT(bugprone-reserved-identifier): in the copy that the 
 
     glm::vec3 position(std::size_t i) const { return {points[0][i], points[1][i], points[2][i]}; }
     glm::vec3 normal(std::size_t i) const { return {points[3][i], points[4][i], points[5][i]}; }
-    glm::vec3 lit_at(std::size_t i) const { return {lit[0][i], lit[1][i], lit[2][i]}; }
     glm::vec3 detailed_normal(std::size_t i) const { return {facing[0][i], facing[1][i], facing[2][i]}; }
     bool crowded(std::size_t i) const { return spacing_m[i] < radius_m; }
     trace::SurfacePoint at(std::size_t i) const { return {position(i), normal(i), geometric[i]}; }

@@ -24,12 +24,11 @@ struct Made {
         transport = builder.newest();
         const Surfels& s = surfels();
         irradiance.direct.assign(s.count, glm::vec4(0.0f));
-        for (std::size_t i = 0; i < s.count; ++i) {
-            const glm::vec3 p = s.lit_at(i), to = light - p;
-            const float d2 = glm::dot(to, to), cosine = glm::dot(to, s.normal(i)) / std::sqrt(d2);
-            if (cosine <= 0.0f || glm::dot(to, s.geometric[i]) <= 0.0f) continue;
-            if (geometry->occluded(p + s.geometric[i] * (4.0f * geometry->step_off(p)), light)) continue;
-            irradiance.direct[i] = glm::vec4(glm::vec3(cosine / d2), 0.0f);
+        for (std::size_t i = 0; i < s.count; ++i) irradiance.direct[i] = lux_at(s.position(i), i);
+        for (const auto& [i, points] : s.all_crowded) {
+            irradiance.direct[i] = glm::vec4(0.0f);
+            for (std::size_t k = 0; k < kCellPoints; ++k)
+                irradiance.direct[i] += points.share[k] * lux_at(points.at[k], i);
         }
         Pool pool;
         solve_to_the_end(irradiance, pool);
@@ -38,6 +37,15 @@ struct Made {
         do {
             solve(surfels(), transport->links, {}, {}, kAtRest, lit, pool);
         } while (lit.resumes);
+    }
+    // Direct light at a point of the surface of surfel i.
+    glm::vec4 lux_at(const glm::vec3& p, std::size_t i) const {
+        const Surfels& s = surfels();
+        const glm::vec3 to = light - p;
+        const float d2 = glm::dot(to, to), cosine = glm::dot(to, s.normal(i)) / std::sqrt(d2);
+        if (cosine <= 0.0f || glm::dot(to, s.geometric[i]) <= 0.0f) return glm::vec4(0.0f);
+        if (geometry->occluded(p + s.geometric[i] * (4.0f * geometry->step_off(p)), light)) return glm::vec4(0.0f);
+        return glm::vec4(glm::vec3(cosine / d2), 0.0f);
     }
     const Surfels& surfels() const { return transport->surface->surfels; }
     // Mean over the surfels' areas, of one channel.

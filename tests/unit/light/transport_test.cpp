@@ -98,16 +98,21 @@ TEST(Transport, ABrightSpotLightsEverySurfelOfASphere) {
                 rms(by_links.first));
     EXPECT_LT(rms(made.irradiance.first), 0.15);
     EXPECT_LT(rms(made.irradiance.first), 0.25 * rms(by_links.first));
-    // By reciprocity what one crowded surfel sends comes to all others, none of it lost.
+    // By reciprocity what crowded surfels send comes to all others, none of it lost. The area of each is a mean of some
+    // fifty points, which says as much of a single one.
     std::vector<double> received_m2(surfels.count, 0.0);
     for (std::size_t i = 0; i < surfels.count; ++i)
         made.transport->links.crowded->each(i, [&](std::size_t j, float form_factor) {
             received_m2[j] += static_cast<double>(form_factor * made.transport->met_m2[i]);
         });
+    double sent_lm = 0.0, received_lm = 0.0;
     for (const Surfels::Crowded& one : surfels.all_crowded) {
-        const double own_m2 = static_cast<double>(made.transport->met_m2[one.id]);
-        EXPECT_NEAR(received_m2[one.id], own_m2, 0.1 * own_m2) << one.id;
+        const double own_m2 = static_cast<double>(made.transport->met_m2[one.id]),
+                     lux = static_cast<double>(made.irradiance.direct[one.id].g);
+        EXPECT_NEAR(received_m2[one.id], own_m2, 0.2 * own_m2) << one.id;
+        sent_lm += own_m2 * lux, received_lm += received_m2[one.id] * lux;
     }
+    EXPECT_NEAR(received_lm, sent_lm, 0.03 * sent_lm);
 }
 
 // What is shut in a box stays there, to the bit; and the other way round.
