@@ -101,6 +101,15 @@ double cpu_seconds(pid_t pid) {
     return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
+bool comes_to_rest(pid_t pid, double share) {
+    for (int second = 0; second < 60; ++second) {
+        const double before_s = cpu_seconds(pid);
+        std::this_thread::sleep_for(std::chrono::seconds(1));
+        if (cpu_seconds(pid) - before_s < share) return true;
+    }
+    return false;
+}
+
 double resident_mib(pid_t pid) {
     double size = 0, resident = 0;
     std::ifstream("/proc/" + std::to_string(pid) + "/statm") >> size >> resident;

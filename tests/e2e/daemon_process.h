@@ -24,6 +24,9 @@ std::set<std::string> passes_ran(const nlohmann::json& report);
 
 // User and system time that a process has used, s.
 double cpu_seconds(pid_t pid);
+// Result: whether within a minute there is a second in which the process uses less than this share of a core. A program
+// that polls never has one. A slow machine only takes longer to finish what was begun.
+bool comes_to_rest(pid_t pid, double share);
 // Memory of a process that is in RAM, MiB.
 double resident_mib(pid_t pid);
 

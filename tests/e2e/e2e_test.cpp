@@ -18,7 +18,6 @@
 #include "server/render/quality_level.h"
 #include "server/transport/links.h"
 #include "tests/e2e/daemon_process.h"
-#include "tests/e2e/measured.h"
 #include "tests/e2e/mover.h"
 #include "tests/unit/http_client.h"
 
@@ -118,10 +117,7 @@ TEST(Cornell, ReadyStateAndCostTable) {
 // Nobody looks, nobody asks: no surfel and no link is made.
 TEST(Cornell, NothingIsPreparedForNobody) {
     DaemonProcess daemon({"--renderer", "gl", "--size", "256x256"});
-    std::this_thread::sleep_for(std::chrono::milliseconds(500));
-    const double began_s = cpu_seconds(daemon.pid());
-    std::this_thread::sleep_for(std::chrono::seconds(1));
-    EXPECT_LT(cpu_seconds(daemon.pid()) - began_s, 0.1);
+    EXPECT_TRUE(comes_to_rest(daemon.pid(), 0.1));
     Json stats = daemon.json({"stats"});  // which asks for it
     EXPECT_FALSE(stats["transport_ready"].get<bool>());
     for (int i = 0; i < 600 && !stats["transport_ready"].get<bool>(); ++i) {
@@ -150,12 +146,8 @@ TEST(Cornell, NothingHappensWhileNothingChanges) {
     }
     EXPECT_TRUE(before["settled"].get<bool>());
     EXPECT_GE(before["frames_encoded"].get<int>(), 2 + 4) << "refined ones among them";
-    const double began_s = cpu_seconds(daemon.pid());
-    std::this_thread::sleep_for(std::chrono::seconds(3));
-    const double share = (cpu_seconds(daemon.pid()) - began_s) / 3.0;
+    EXPECT_TRUE(comes_to_rest(daemon.pid(), 0.01));
     const Json after = daemon.json({"stats"});
-    std::printf("nothing changes: %.2f %% of a core\n", 100.0 * share);
-    EXPECT_LT(share, 0.01);
     for (const char* counter : {"frames_rendered", "frames_encoded", "packets_sent"})
         EXPECT_EQ(before[counter], after[counter]) << counter;
     daemon.stop();  // which ends the viewer
@@ -184,69 +176,45 @@ private:
     DaemonProcess& daemon_;
     std::thread thread_;
 };
-// Reports of frames that light anew, after half a second of them.
-std::vector<Json> reports_while_moving(const DaemonProcess& daemon) {
+// Reports of frames that light anew.
+std::vector<Json> reports_while_moving(const DaemonProcess& daemon, std::size_t count) {
     const Mover mover(port_of(daemon.url()), [](v1::Command& command, int step) {
         v1::SetLight& light = *command.mutable_set_light();
         light.set_name("luminaire");
         for (const double x : {0.1 * (step % 7), 3.8, 0.1}) light.add_position_m(x);
     });
-    const auto begin = std::chrono::steady_clock::now();
     std::vector<Json> reports;
-    for (auto now = begin; now - begin < std::chrono::milliseconds(1500); now = std::chrono::steady_clock::now()) {
+    for (int asked = 0; asked < 2000 && reports.size() < count; ++asked) {
         Json report = daemon.json({"report"});
-        if (now - begin < std::chrono::milliseconds(500) || !ran(report).contains("gather:luminaire")) continue;
-        reports.push_back(std::move(report));
+        if (ran(report).contains("gather:luminaire")) reports.push_back(std::move(report));
     }
     return reports;
 }
-double median_frame_ms(const std::vector<Json>& reports) {
-    std::vector<double> times;
-    for (const Json& report : reports) times.push_back(report["frame_ms"]);
-    std::sort(times.begin(), times.end());
-    return times.empty() ? 0.0 : times[times.size() / 2];
-}
 
-// Frames of a moving luminaire, at a rate that leaves six tenths of what this machine needs for the whole picture:
-// half a second later they come in time, with less work each, which reports name. When the luminaire rests the picture
-// is whole again and gets better. Result: what did not hold.
-std::string keeps_up_with_a_frame_rate() {
-    constexpr int kSide = 1280;  // of which what does not follow the size takes a small part
-    const std::string size = std::to_string(kSide) + "x" + std::to_string(kSide);
-    double whole_ms = 0.0;
-    {
-        DaemonProcess daemon({"--renderer", "gl", "--size", size});
-        if (!daemon.transport_ready()) return "no transport";
-        const Viewer viewer(daemon);
-        const std::vector<Json> reports = reports_while_moving(daemon);
-        if (reports.size() < 2) return "no frames";
-        whole_ms = median_frame_ms(reports);
-        for (const Json& report : reports) EXPECT_EQ(report["effort"].get<int>(), 0);
-    }
-    const double budget_ms = 0.6 * whole_ms;
+// Frames of a moving luminaire at a rate that no machine reaches: after a few of them each has less work, which reports
+// name. When the luminaire rests the picture is whole again and gets better. Which effort follows which frame times is
+// tested apart (Budget).
+TEST(Cornell, FramesThatComeLateHaveLessWork) {
+    constexpr int kSide = 640;
+    constexpr std::size_t kFrames = 24;
     DaemonProcess daemon(
-        {"--renderer", "gl", "--size", size, "--target-fps", number(std::min(1000.0 / budget_ms, 1000.0))});
-    if (!daemon.transport_ready()) return "no transport";
+        {"--renderer", "gl", "--size", std::to_string(kSide) + "x" + std::to_string(kSide), "--target-fps", "1000"});
+    ASSERT_TRUE(daemon.transport_ready());
     const Viewer viewer(daemon);
-    const std::vector<Json> moving = reports_while_moving(daemon);
-    if (moving.size() < 4) return "too few frames";
-    std::size_t in_time = 0;
+    const std::vector<Json> moving = reports_while_moving(daemon, kFrames);
+    ASSERT_EQ(moving.size(), kFrames);
     std::map<int, std::size_t> efforts;
     for (const Json& report : moving) {
         const int effort = report["effort"];
         ++efforts[effort];
-        EXPECT_LT(effort, static_cast<int>(kQualityLevels.size()));
+        ASSERT_LT(effort, static_cast<int>(kQualityLevels.size()));
         const QualityLevel& chosen = kQualityLevels.at(static_cast<std::size_t>(effort));
         EXPECT_NEAR(report["width_px"].get<int>(), kSide * chosen.scale, 2.0);
         EXPECT_EQ(report["height_px"], report["width_px"]);
         EXPECT_EQ(report["refined_rounds"].get<int>(), 0);
-        in_time += report["frame_ms"].get<double>() <= budget_ms;
     }
-    const double median_ms = median_frame_ms(moving);
-    std::printf("whole picture %.1f ms, asked for %.1f ms: %.1f ms, %zu of %zu in time, efforts", whole_ms, budget_ms,
-                median_ms, in_time, moving.size());
-    for (const auto& [effort, count] : efforts) std::printf(" %d: %zu", effort, count);
-    std::printf("\n");
+    EXPECT_LT(2 * efforts[0], moving.size()) << "most frames are whole";
+    EXPECT_EQ(efforts.rbegin()->first, static_cast<int>(kQualityLevels.size()) - 1) << "as little as there is";
     Json still;
     // Not too often: a message interrupts what makes the picture better.
     for (int i = 0; i < 30; ++i) {
@@ -259,13 +227,6 @@ std::string keeps_up_with_a_frame_rate() {
     EXPECT_EQ(still["height_px"].get<int>(), kSide);
     EXPECT_EQ(still["links"].get<unsigned>(), transport::kMostForwardLinks);
     EXPECT_GT(still["refined_rounds"].get<int>(), 0);
-    return unless(2 * in_time > moving.size(), "most frames come late") +
-           unless(2 * efforts[0] < moving.size(), "most frames are whole") +
-           unless(median_ms < 0.8 * whole_ms, "frames take as long as whole ones");
-}
-
-TEST(Cornell, KeepsUpWithAFrameRate) {
-    holds_in_one_of_three(keeps_up_with_a_frame_rate);
 }
 
 TEST(Cornell, TheLastFrameOfAMovementArrives) {
