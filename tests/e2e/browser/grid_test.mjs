@@ -2,9 +2,7 @@
 // report is computed, given up, saved and printed.
 //   node grid_test.mjs GONIOD_BINARY [SCREENSHOT.png]
 
-import {readFileSync} from "node:fs";
-
-import {asked, check, inBrowser, listen, screenshot, settled, startServer, state, until} from "./harness.mjs";
+import {asked, check, inBrowser, listen, savedBytes, screenshot, settled, startServer, state, until} from "./harness.mjs";
 
 const text = (page, selector) => page.locator(selector).textContent();
 const grids = async (page) => (await state(page)).grids?.grids ?? [];
@@ -38,7 +36,7 @@ async function drawAndRead(page) {
     check(await page.locator("#grid-view text").count() === values.values_lx.length, "each value stands over the picture", `${values.values_lx.length}`);
     await until("the plan", () => page.locator("#grid-plan").evaluate((image) => image.complete && image.naturalWidth > 0));
     const [download] = await Promise.all([page.waitForEvent("download"), page.locator("#grid-csv").click()]);
-    const lines = readFileSync(await download.path(), "utf8").trim().split("\n");
+    const lines = (await savedBytes(download)).toString().trim().split("\n");
     check(lines.length === values.values_lx.length + 1 && lines[0] === "i,j,x_m,y_m,z_m,lx", "CSV has a line for each point");
 }
 
@@ -95,7 +93,7 @@ async function report(page, browser) {
     await page.locator("#lux-report-noise").selectOption("0.2");
     await page.locator("#lux-report-seconds").fill("2");
     const [download] = await Promise.all([page.waitForEvent("download", {timeout: 240000}), page.locator("#lux-report").click()]);
-    const html = readFileSync(await download.path(), "utf8");
+    const html = (await savedBytes(download)).toString();
     check(/^lux-report-cornell-\d+\.html$/.test(download.suggestedFilename()), "it is saved under the scene's name", download.suggestedFilename());
     for (const part of ["grid 1", "desk", "seat", "UGR", "SHA-256", "Signature"]) check(html.includes(part), `it has ${part}`);
     const paper = await browser.newPage({javaScriptEnabled: false});

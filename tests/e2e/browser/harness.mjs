@@ -1,12 +1,13 @@
-// What the page's tests share: a goniod of their own, headless Chromium, checks and waits.
+// What the page's tests share: a goniod of their own, a context in headless Chromium, checks and waits.
 // Arguments of each: GONIOD_BINARY [SCREENSHOT.png]; exit code 77: Chromium or playwright-core are missing.
 
 import {spawn} from "node:child_process";
-import {existsSync} from "node:fs";
+import {mkdtempSync, readFileSync, rmSync} from "node:fs";
+import {tmpdir} from "node:os";
+import {join} from "node:path";
 
-const kChromium = process.env.GONIO_CHROMIUM ?? "/usr/bin/chromium";
-const kArguments = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-    "--disable-background-networking", "--disable-component-update", "--disable-sync"];
+import {browserOf, playwright as installed} from "./chromium.mjs";
+
 export const kTimeoutMs = 30000;
 
 export const [binary, screenshot] = process.argv.slice(2);
@@ -14,9 +15,9 @@ if (!binary) {
     console.error("usage: node TEST.mjs GONIOD_BINARY [SCREENSHOT.png]");
     process.exit(1);
 }
-export const playwright = await import("playwright-core").catch(() => null);
-if (!playwright || !existsSync(kChromium)) {
-    console.log(`skipped: ${playwright ? kChromium : "playwright-core"} is missing`);
+export const playwright = await installed();
+if (!playwright) {
+    console.log("skipped: Chromium or playwright-core is missing");
     process.exit(77);
 }
 
@@ -49,6 +50,17 @@ export function end(child, signal) {
         child.on("exit", resolve);
         child.kill(signal);
     });
+}
+
+// The bytes of a file that the page saved.
+export async function savedBytes(download) {
+    const folder = mkdtempSync(join(tmpdir(), "gonio-saved-"));
+    try {
+        await download.saveAs(join(folder, "file"));
+        return readFileSync(join(folder, "file"));
+    } finally {
+        rmSync(folder, {recursive: true});
+    }
 }
 
 // ---------------------------------------------------------------------------------------------------- checks
@@ -132,7 +144,7 @@ export async function inBrowser(body) {
     let failed = false, browser;
     const servers = [];
     try {
-        browser = await playwright.chromium.launch({executablePath: kChromium, args: kArguments});
+        browser = await browserOf(playwright, process.env.GONIO_CHROMIUM_AT);
         await body(browser, servers);
         check(complaints.length === 0, "no page error and no console error", complaints.join("\n"));
     } catch (error) {

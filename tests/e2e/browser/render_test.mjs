@@ -1,8 +1,7 @@
 // Render: stills of a chosen view, quality, size and file type; progress, cancel, and the strip they go into.
 //   node render_test.mjs GONIOD_BINARY [SCREENSHOT.png]
 
-import {readFile} from "node:fs/promises";
-import {asked, check, inBrowser, kTimeoutMs, listen, screenshot, settled, sleep, startServer, state, until} from "./harness.mjs";
+import {asked, check, inBrowser, kTimeoutMs, listen, savedBytes, screenshot, settled, sleep, startServer, state, until} from "./harness.mjs";
 
 const field = (page, label) => page.locator(`#render [aria-label='${label}']`);
 const told = (page) => page.locator("#render-told").textContent();
@@ -20,7 +19,7 @@ async function render(page, choices) {
 
 async function saved(page) {
     const [download] = await Promise.all([page.waitForEvent("download"), stills(page).first().getByRole("button", {name: /^Save/}).click()]);
-    return {name: download.suggestedFilename(), bytes: await readFile(await download.path())};
+    return {name: download.suggestedFilename(), bytes: await savedBytes(download)};
 }
 
 // Width, height and RGBA of the newest still.
