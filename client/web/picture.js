@@ -95,6 +95,7 @@ export function scenePanel(store, node, connection) {
     const form = h("form", {class: "inline", hidden: true}, path, load);
     const busy = h("span", {class: "faint busy", role: "status"});
     const warnings = h("span", {class: "warn", tabindex: "0", hidden: true});
+    const failed = h("span", {class: "warn bad", id: "picture-error", role: "alert", tabindex: "0", hidden: true}, "The picture cannot be made; the last one stays");
     let loading = false;
     const start = async (file) => {
         loading = true;
@@ -136,7 +137,9 @@ export function scenePanel(store, node, connection) {
         warnings.hidden = told.length === 0;
         setText(warnings, `${told.length} ${told.length === 1 ? "warning" : "warnings"}`);
         warnings.title = told.join("\n");
+        failed.hidden = !store.state?.picture_error;
+        failed.title = store.state?.picture_error ?? "";
     }
-    node.append(scene, form, busy, warnings);
+    node.append(scene, form, busy, warnings, failed);
     return {update};
 }

@@ -13,7 +13,7 @@ std::string_view embedded(std::string_view name) {
     for (const EmbeddedFile& file : shader_files()) {
         if (file.name == name) return file.content;
     }
-    throw std::runtime_error("there is no shader file '" + std::string(name) + "'");
+    throw ProgramError("there is no shader file '" + std::string(name) + "'");
 }
 
 // names: the files so far; one that is among them is left out.
@@ -61,7 +61,7 @@ GLuint compile(GLenum stage, std::string_view name, const Defines& defines) {
         glDeleteShader(shader);
         std::string files;
         for (std::size_t i = 0; i < names.size(); ++i) files += " " + std::to_string(i) + "=" + names[i];
-        throw std::runtime_error("shader does not compile;" + files + ":\n" + log);
+        throw ProgramError("shader does not compile;" + files + ":\n" + log);
     }
     return shader;
 }
@@ -82,8 +82,8 @@ Program make_program(std::string_view vertex, std::string_view fragment, const D
     if (!ok) {
         char log[4096] = {};
         glGetProgramInfoLog(program.id(), sizeof log, nullptr, log);
-        throw std::runtime_error("shader program " + std::string(vertex) + " + " + std::string(fragment) +
-                                 " does not link:\n" + log);
+        throw ProgramError("shader program " + std::string(vertex) + " + " + std::string(fragment) +
+                           " does not link:\n" + log);
     }
     const std::string label = std::string(fragment.empty() ? vertex : fragment);
     glObjectLabel(GL_PROGRAM, program.id(), static_cast<GLsizei>(label.size()), label.data());

@@ -187,6 +187,8 @@ bool Renderer::continue_capture(CaptureJob& job) {
         copy_tile(target.display.id(), GL_UNSIGNED_BYTE, margin, picture.rgba8, picture.width_px, tile);
     timers.resolve(report);
     pass_cache_.forget_target(target.id);
+    job.failure = failure_of(report);
+    if (!job.failure.empty()) return true;
     add_report(picture.report, report);
     picture.report.set_frame_ms(static_cast<double>(monotonic_ns() - job.started_ns) * 1e-6);
     return ++job.next_tile == columns * rows;
@@ -210,6 +212,7 @@ std::shared_ptr<const CapturedPicture> Renderer::capture(const Scene& scene, Vie
     job->samples_per_pixel = samples_per_pixel;
     while (!continue_capture(*job)) {
     }
+    if (!job->failure.empty()) throw gl::ProgramError(job->failure);
     return job->picture;
 }
 

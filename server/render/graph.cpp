@@ -2,6 +2,8 @@
 
 #include <chrono>
 
+#include "server/gl/program.h"
+
 namespace gonio {
 
 void PassCache::forget_target(std::uint32_t target) {
@@ -22,8 +24,8 @@ bool PassCache::holds(const SlotRef& slot, const std::vector<std::uint64_t>& key
     return entry != entries_.end() && entry->second.version > 0 && entry->second.key == key;
 }
 
-void PassCache::hold(const SlotRef& slot, std::vector<std::uint64_t> key) {
-    entries_[slot] = {std::move(key), ++newest_version_};
+void PassCache::hold(const SlotRef& slot, std::vector<std::uint64_t> key, std::string failure) {
+    entries_[slot] = {std::move(key), ++newest_version_, std::move(failure)};
 }
 
 namespace {
@@ -73,12 +75,22 @@ std::vector<v1::PassReport> execute(std::span<Pass> passes, std::span<const Slot
         std::vector<std::uint64_t> key = pass.key;
         for (const SlotRef& slot : pass.reads) key.push_back(pass_cache.version(slot));
         if (!pass.stale && pass_cache.holds(pass.writes, key)) {
-            row.set_state("clean");
+            const std::string& failure = pass_cache.failure(pass.writes);
+            row.set_state(failure.empty() ? "clean" : "failed");
+            row.set_failure(failure);
             continue;
         }
         const auto start = std::chrono::steady_clock::now();
         before(i);
-        const PassRun run = pass.run();
+        PassRun run;
+        try {
+            run = pass.run();
+        } catch (const gl::ProgramError& error) {
+            pass_cache.hold(pass.writes, std::move(key), error.what());
+            row.set_state("failed");
+            row.set_failure(error.what());
+            continue;
+        }
         after(i);
         pass_cache.hold(pass.writes, std::move(key));
         row.set_state("ran");
@@ -87,6 +99,12 @@ std::vector<v1::PassReport> execute(std::span<Pass> passes, std::span<const Slot
         row.set_cpu_ms(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
     }
     return rows;
+}
+
+std::string failure_of(const v1::FrameReport& report) {
+    for (const v1::PassReport& row : report.passes())
+        if (!row.failure().empty()) return row.name() + ": " + row.failure();
+    return {};
 }
 
 }  // namespace gonio

@@ -92,13 +92,16 @@ public:
     std::uint64_t version(const SlotRef& slot) const;
     // What is made outside of passes, or is a part of a pass. Result: whether the slot was made from this key.
     bool holds(const SlotRef& slot, const std::vector<std::uint64_t>& key) const;
-    // It is, from now on.
-    void hold(const SlotRef& slot, std::vector<std::uint64_t> key);
+    // It is, from now on. failure: why its pass did not make it from this key, and left what was there; empty: it did.
+    void hold(const SlotRef& slot, std::vector<std::uint64_t> key, std::string failure = {});
+    // Result: of a slot that holds something, the failure that it was held with.
+    const std::string& failure(const SlotRef& slot) const { return entries_.at(slot).failure; }
 
 private:
     struct Entry {
         std::vector<std::uint64_t> key;
         std::uint64_t version = 0;
+        std::string failure;
     };
     std::map<SlotRef, Entry> entries_;
     std::uint64_t newest_version_ = 0;  // never used twice: a slot made anew after forgetting is news to its readers
@@ -109,10 +112,14 @@ std::set<SlotRef> outdated(std::span<const Pass> passes, std::span<const SlotRef
 
 // Runs the passes in the order given, each at most once. Every slot is written by at most one of the passes and read
 // only by later ones. The wanted slots are those that somebody looks at. The calls before/after(i) surround each run
-// (timers). Result: one row per pass, in order, cpu_ms filled.
+// (timers). A pass whose program does not link (gl::ProgramError) leaves its slot as it was. It is not tried again
+// before what it reads changes, and the others run. Result: one row per pass, in order, cpu_ms filled.
 std::vector<v1::PassReport> execute(
     std::span<Pass> passes, std::span<const SlotRef> wanted, PassCache& pass_cache,
     const std::function<void(std::size_t)>& before = [](std::size_t) {},
     const std::function<void(std::size_t)>& after = [](std::size_t) {});
+
+// Result: why the first pass that failed did, after its name; empty: none failed.
+std::string failure_of(const v1::FrameReport& report);
 
 }  // namespace gonio

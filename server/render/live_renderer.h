@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "protocol/schema/report.pb.h"
@@ -49,6 +50,7 @@ struct CaptureJob {
     std::int64_t started_ns = 0;
     std::int64_t first_bounce_ns = 0;  // spent on narrow lights
     std::shared_ptr<CapturedPicture> picture;
+    std::string failure;  // why it cannot be made: it is complete then, and no picture; empty: it can
     int columns() const { return (picture->width_px + tile_px - 1) / tile_px; }  // of tiles
     int rows() const { return (picture->height_px + tile_px - 1) / tile_px; }
 };
@@ -86,6 +88,9 @@ public:
     virtual bool settled() const = 0;
     // Whether captures and meters of this scene can be made, of all the light there is to be; begins what that needs.
     virtual bool ready(const Scene& scene) = 0;
+    // Captures and meters wait for scenes of these assets. What ready() has begun for them is kept while another scene
+    // is shown; what it began for others is given up. By default there are none.
+    virtual void set_awaited(const std::vector<const SceneAsset*>& assets) = 0;
     // Result: what is known of the scene's transport (PROTOCOL.md). From then on it is made, looked at or not.
     virtual v1::TransportStats transport_stats() = 0;
 

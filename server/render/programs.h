@@ -11,7 +11,7 @@ namespace gonio {
 
 class Programs {
 public:
-    // Result: the program's GL name. Throws as gl::make_program.
+    // Result: the program's GL name. Throws gl::ProgramError, each time, where it does not link.
     GLuint get(std::string_view vertex, std::string_view fragment, const gl::Defines& defines = {});
 
     gl::VertexArray screen;         // no attributes: the full-screen triangle
@@ -21,6 +21,7 @@ public:
 
 private:
     std::map<std::string, gl::Program> programs_;
+    std::map<std::string, std::string> failures_;  // of those that do not link
 };
 
 }  // namespace gonio

@@ -79,6 +79,7 @@ public:
     std::vector<glm::vec3> live_beams(const Scene& scene);
     bool settled() const override { return settled_ && !newer_transport(); }
     bool ready(const Scene& scene) override;
+    void set_awaited(const std::vector<const SceneAsset*>& assets) override { awaited_ = assets; }
     // From now on the transport of a scene is made beside frames, by threads that yield to everything else; before, the
     // first frame of a scene waits for it.
     void make_transport_beside() {
@@ -127,6 +128,7 @@ private:
     bool newer_transport() const { return builder_ && builder_->newest() && builder_->newest() != transport_; }
 
     const bool direct_by_rays_;
+    std::vector<const SceneAsset*> awaited_;
     bool watched_ = true, refines_ = false, transport_beside_ = false, settled_ = true;
     std::size_t quality_level_ = 0;
     int rsm_size_ = kRsmSize;

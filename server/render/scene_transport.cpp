@@ -12,7 +12,7 @@ namespace gonio {
 namespace {
 
 // Transports outlive their renderer: one that is made after the GPU was lost goes on with them. Of the scene that is
-// shown, and of one more that is captured meanwhile. Render thread.
+// shown, and of those that captures and meters wait for. Render thread.
 struct Known {
     std::shared_ptr<const SceneAsset> asset;
     transport::SurfelSettings surfels;
@@ -23,10 +23,11 @@ struct Known {
 };
 // Of fixed ones so many at once; of the others those that light could not go to from there.
 constexpr std::size_t kMostFirstSeeds = 32;
+// One is shown, one captured and one metered; the oldest of more goes.
+constexpr std::size_t kMostKnown = 3;
 
 std::deque<Known>& known_transports() {
     static std::deque<Known> known;
-    if (known.size() > 2) known.pop_front();
     return known;
 }
 
@@ -42,7 +43,10 @@ void Renderer::prepare_geometry(const Scene& scene, bool live) {
         ++generation_;
         drawn_.reset();
         if (scene.drawn && scene.drawn->geometry == traced_) drawn_ = scene.drawn;
-        if (live) std::erase_if(known_transports(), [&](const Known& one) { return one.asset != scene.asset; });
+        if (live)
+            std::erase_if(known_transports(), [&](const Known& one) {
+                return one.asset != scene.asset && std::ranges::find(awaited_, one.asset.get()) == awaited_.end();
+            });
     }
 }
 
@@ -66,6 +70,7 @@ void Renderer::prepare_transport(const Scene& scene) {
                                                         transport_beside_, !direct_by_rays_);
         if (transport_beside_) builder_->hold(!watched_);
         if (own != known.end()) known.erase(own);
+        if (known.size() == kMostKnown) known.pop_front();
         known.push_back({scene.asset, surfels_, links_, !direct_by_rays_, seeds_, builder_});
         own = std::prev(known.end());
     };

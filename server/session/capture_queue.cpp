@@ -52,8 +52,9 @@ void CaptureQueue::advance(GuardedRenderer& renderer, Replies& replies) {
     if (!there || !complete) return;  // without the GPU it begins anew with the next renderer
     Capturing done = std::move(waiting_.front());
     waiting_.pop_front();
-    ++rendered_;
     began_ns_ = monotonic_ns();
+    if (!done.job->failure.empty()) return replies.refuse(done.work, {"unavailable", "capture", "", done.job->failure});
+    ++rendered_;
     // Compressing takes long too: it is the loader's.
     auto job = std::make_shared<CaptureJob>(std::move(*done.job));
     const bool accepted =

@@ -41,6 +41,8 @@ public:
     // Result: whether there was such a capture, which is given up; its answer is the caller's.
     bool cancel(std::uint32_t session, std::uint32_t request_id);
     bool empty() const { return waiting_.empty(); }
+    // Result: the asset of the scene that is captured next; null: none is.
+    const SceneAsset* next_asset() const { return empty() ? nullptr : waiting_.front().job->scene.asset.get(); }
     std::uint32_t rendered() const { return rendered_; }
 
 private:

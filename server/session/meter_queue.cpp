@@ -2,6 +2,7 @@
 
 #include "protocol/schema/gonio.pb.h"
 #include "protocol/schema/report.pb.h"
+#include "server/gl/program.h"
 #include "server/session/meter_reply.h"
 #include "server/trace/cylinder.h"
 
@@ -50,7 +51,7 @@ void MeterQueue::finish_point(Metering& metering, const trace::MeterPoint& point
     metering.readings.push_back(std::move(reading));
 }
 
-void MeterQueue::advance(GuardedRenderer& renderer, const Replies& replies) {
+void MeterQueue::advance(GuardedRenderer& renderer, Replies& replies) {
     const std::int64_t started_ns = monotonic_ns();
     if (!waiting_.empty() && !renderer.ready(waiting_.front().scene)) return;
     for (; !waiting_.empty(); waiting_.pop_front()) {
@@ -64,10 +65,19 @@ void MeterQueue::advance(GuardedRenderer& renderer, const Replies& replies) {
             const std::vector<trace::MeterPoint> planes = trace::planes_of(point);
             const trace::MeterPoint& plane = planes[around.size()];
             v1::MeterReading reading;
+            std::string failure;
             const bool there = renderer.draws([&, &scene = scene, &request = request] {
-                reading = renderer->meter(scene, plane.position, plane.normal, quality, request.settings.bounces);
+                try {
+                    reading = renderer->meter(scene, plane.position, plane.normal, quality, request.settings.bounces);
+                } catch (const gl::ProgramError& error) {
+                    failure = error.what();
+                }
             });
             if (!there) return;  // goes on with the next renderer
+            if (!failure.empty()) {
+                replies.refuse(work, {"unavailable", "meter", "", failure});
+                return waiting_.pop_front();
+            }
             around.push_back(std::move(reading));
             if (around.size() == planes.size()) finish_point(metering, point);
         }

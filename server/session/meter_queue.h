@@ -19,11 +19,13 @@ public:
     void add(const Work& work, const Scene& scene, MeterRequest request, Replies& replies);
     void add(const Work& work, const Scene& scene, Picked picked, Replies& replies);
     // Reads points, the oldest meter's first, until 8 ms are over; answers the meters that are complete.
-    void advance(GuardedRenderer& renderer, const Replies& replies);
+    void advance(GuardedRenderer& renderer, Replies& replies);
     void forget_session(std::uint32_t session);
     // Result: whether there was such a meter, which is given up; its answer is the caller's.
     bool cancel(std::uint32_t session, std::uint32_t request_id);
     bool empty() const { return waiting_.empty(); }
+    // Result: the asset of the scene that is metered next; null: none is.
+    const SceneAsset* next_asset() const { return empty() ? nullptr : waiting_.front().scene.asset.get(); }
 
 private:
     struct Metering {

@@ -23,6 +23,7 @@ public:
     std::size_t frames_in_flight() const override { return finished_.size(); }
     bool settled() const override { return true; }
     bool ready(const Scene&) override { return true; }
+    void set_awaited(const std::vector<const SceneAsset*>&) override {}
     v1::TransportStats transport_stats() override {
         v1::TransportStats stats;
         stats.set_ready(true);

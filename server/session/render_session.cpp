@@ -14,6 +14,7 @@
 #include "protocol/schema/report.pb.h"
 #include "protocol/schema/show.pb.h"
 #include "protocol/schema/state.pb.h"
+#include "server/render/graph.h"
 #include "server/scene/apply_show.h"
 #include "server/scene/console.h"
 #include "server/scene/light_tables.h"
@@ -88,6 +89,7 @@ v1::State RenderSession::state() const {
     *state.mutable_control() = roles_.control();
     state.set_boot(boot_);
     state.set_restored_rev(restored_rev_);
+    state.set_picture_error(picture_error_);
     *state.mutable_show() = show_now();
     *state.mutable_cue_playback() = cue_playback();
     if (follows()) state.set_leader(leader_);
@@ -148,7 +150,8 @@ void RenderSession::take(Work work) {
         case v1::ClientMessage::kCancel:
             return cancel(work);
         case v1::ClientMessage::kIsolux:
-            return renderer_ ? answer_isolux(work, scene_, rendered_rev_, renderer_, loader_, replies_)
+            return renderer_ ? answer_isolux(work, scene_, picture_error_.empty() ? rendered_rev_ : 0, renderer_,
+                                             loader_, replies_)
                              : replies_.refuse(work, lost);
         case v1::ClientMessage::kReport:
             return answer_report(work);
@@ -449,6 +452,7 @@ void RenderSession::continue_work() {
     captures_.refuse_overdue(replies_);
     meters_.advance(renderer_, replies_);
     captures_.advance(renderer_, replies_);
+    await_assets();
     reference_.tick();
     if (follows()) return;
     auto_exposure_.tend(scene_, monotonic_ns());
@@ -466,6 +470,10 @@ void RenderSession::tend_range() {
     if (apply(scene_, command, {})) tell_inputs(before);
 }
 
+void RenderSession::await_assets() {
+    if (renderer_) renderer_->set_awaited({meters_.next_asset(), captures_.next_asset()});
+}
+
 void RenderSession::forget_session(std::uint32_t session) {
     captures_.forget_session(session);
     meters_.forget_session(session);
@@ -478,6 +486,7 @@ void RenderSession::forget_session(std::uint32_t session) {
 }
 
 void RenderSession::begin_frame(std::int64_t drained_ns) {
+    await_assets();
     renderer_.draws([&] {
         if (renderer_->frames_in_flight() >= kMaxFramesInFlight) take_frame(true);
         // A frame that lights nothing anew keeps the picture's size, and with it what the picture is made of.
@@ -520,6 +529,18 @@ void RenderSession::finish_frames(bool wait) {
     });
 }
 
+// Why the newest picture is not as the scene is; empty: it is.
+void RenderSession::note_picture(const std::string& failure) {
+    if (failure == picture_error_) return;
+    picture_error_ = failure;
+    if (!failure.empty()) spdlog::error("the picture cannot be made: {}", failure);
+    v1::StateChanged change;
+    change.set_scene_rev(scene_.scene_rev);
+    change.mutable_state()->set_scene_rev(scene_.scene_rev);
+    change.mutable_state()->set_picture_error(failure);
+    tell(std::move(change), 0);
+}
+
 bool RenderSession::take_frame(bool wait) {
     const std::int64_t began_ns = monotonic_ns();
     auto frame = renderer_->finish_frame(wait);
@@ -533,6 +554,7 @@ bool RenderSession::take_frame(bool wait) {
     });
     budget_.took(report.frame_ms(), heavy, frame->rendered_ns);
     if (refinable() || (watched_ && budget_.chosen() != 0)) report.set_settled(false);
+    note_picture(failure_of(report));
     if (frame->nv12) {
         ++frames_rendered_;
         out_.picture({report.scene_rev(), frame->width_px, frame->height_px, frame->nv12, frame->drained_ns,

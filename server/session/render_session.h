@@ -133,6 +133,8 @@ public:
     v1::State state() const;
 
 private:
+    void note_picture(const std::string& failure);
+    void await_assets();
     void prepare_presets();
     void tend_range();
     void begin_renderer();
@@ -216,6 +218,7 @@ private:
     AutoExposure auto_exposure_;
     AutoRange auto_range_;
     std::uint32_t frames_rendered_ = 0, gpu_resets_ = 0;
+    std::string picture_error_;  // why the newest picture is not as the scene is; empty: it is
 };
 
 }  // namespace gonio

@@ -139,6 +139,7 @@ v1::Stats RenderSession::stats() {
     stats.set_settled(stats.settled() && settled());
     stats.set_renderer(renderer_name_);
     stats.set_gpu_resets(gpu_resets_);
+    stats.set_picture_error(picture_error_);
     if (renderer_) *stats.mutable_transport() = renderer_->transport_stats();
     stats.set_transport_ready(stats.transport().ready());
     reference_.add_counters(stats);

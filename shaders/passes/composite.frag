@@ -1,6 +1,7 @@
 // All luminaires together: irradiance layers × their weights -> luminance -> the view -> display, or raw values (RAW).
 // VIEW is one of the numbers of server/scene/scene.h's enum View.
 #include "shared/layouts.h"
+#include "shared/composite.h"
 #include "lib/cube.glsl"
 #include "lib/octahedral.glsl"
 #include "lib/vpl.glsl"
@@ -11,31 +12,31 @@ layout(std140, binding = 0) uniform WeightBlock { LightWeight weights[GONIO_MAX_
 #if (VIEW == 3 || VIEW == 4) && !defined(RAW)
 layout(std140, binding = 1) uniform FalseColors { FalseColorBlock scale; };
 #endif
-layout(location = 1) uniform int light_count;
-layout(location = 2) uniform float ev100;
-layout(location = 3) uniform float gain;         // of the indirect view
-layout(location = 4) uniform float cube_scale;   // rsm-depth: 1 / greatest depth shown; mask: peak cd of the RAW view
-layout(binding = 0) uniform sampler2DArray direct_layers;    // lux per weight
-layout(binding = 1) uniform sampler2DArray indirect_layers;  // rgb, lux per weight
-layout(binding = 2) uniform sampler2D albedo;
-layout(binding = 3) uniform sampler2D emissive;              // cd/m²
-layout(binding = 5) uniform sampler2DArray besides;          // light without a layer: direct, after bounces
-layout(location = 6) uniform bool indirect_in_layers;        // else `besides` has it of all luminaires
-layout(location = 5) uniform vec2 besides_unit_lx;           // lux per value of it; 0: there is none
-layout(binding = 4) uniform samplerCube cube;                // mask and rsm views
+layout(location = kAtLightCount) uniform int light_count;
+layout(location = kAtEv100) uniform float ev100;
+layout(location = kAtGain) uniform float gain;  // of the indirect view
+layout(location = kAtCubeScale) uniform float cube_scale;  // rsm-depth: 1 / greatest depth shown; mask: peak cd of the RAW view
+layout(binding = kUnitDirect) uniform sampler2DArray direct_layers;      // lux per weight
+layout(binding = kUnitIndirect) uniform sampler2DArray indirect_layers;  // rgb, lux per weight
+layout(binding = kUnitAlbedo) uniform sampler2D albedo;
+layout(binding = kUnitEmissive) uniform sampler2D emissive;      // cd/m²
+layout(binding = kUnitBesides) uniform sampler2DArray besides;   // light without a layer: direct, after bounces
+layout(location = kAtIndirectInLayers) uniform bool indirect_in_layers;  // else `besides` has it of all luminaires
+layout(location = kAtBesidesUnit) uniform vec2 besides_unit_lx;  // lux per value of it; 0: there is none
+layout(binding = kUnitCube) uniform samplerCube cube;            // mask and rsm views
 #ifdef WORK_LIGHT
 #include "lib/surface.glsl"
-layout(location = 7) uniform float work_light;  // display-linear value of a white surface that faces the camera
+layout(location = kAtWorkLight) uniform float work_light;  // display-linear value of a white surface that faces the camera
 #else
-layout(binding = 8) uniform sampler2D gbuffer_depth;
+layout(binding = kUnitDepth) uniform sampler2D gbuffer_depth;
 #endif
 #ifdef HAZE
-layout(binding = 6) uniform sampler2D air;   // light before the surfaces × air_unit_nit, and what passes of theirs
-layout(location = 9) uniform float air_unit_nit;
+layout(binding = kUnitAir) uniform sampler2D air;  // light before the surfaces × air_unit_nit, and what passes of theirs
+layout(location = kAtAirUnit) uniform float air_unit_nit;
 #endif
 #ifdef OPENINGS
-layout(binding = 9) uniform sampler2D openings;     // of luminaires: rgb cd/m² × the share of the pixel, and that share
-layout(location = 8) uniform ivec2 openings_at;     // the pixel of its lower left
+layout(binding = kUnitOpenings) uniform sampler2D openings;  // of luminaires: rgb cd/m² × the share of the pixel, and that share
+layout(location = kAtOpenings) uniform ivec2 openings_at;    // the pixel of its lower left
 #endif
 #ifdef EDGES
 layout(std430, binding = 0) readonly buffer EdgeRows { uint edge_rows[]; };  // where a row of the picture begins
@@ -57,7 +58,7 @@ const float PI = 3.14159265358979;
 #define VIEW_RSM_FLUX 8
 
 #ifdef TONE
-layout(location = 7) uniform mat3 white;
+layout(location = kAtWhite) uniform mat3 white;
 // Another look than the default: TONE is one of the numbers of server/scene/scene.h's enum Tone.
 vec3 look(vec3 exposed) {
     vec3 shown = max(white * exposed, vec3(0.0));

@@ -19,6 +19,7 @@
 #include "server/transport/links.h"
 #include "tests/e2e/daemon_process.h"
 #include "tests/e2e/mover.h"
+#include "tests/e2e/onlooker.h"
 #include "tests/unit/http_client.h"
 
 namespace gonio::test {
@@ -158,24 +159,6 @@ TEST(Cornell, NothingHappensWhileNothingChanges) {
     EXPECT_EQ(std::string(head, 4), std::string("\0\0\0\1", 4)) << "Annex B";
 }
 
-// Somebody who looks, and lets pictures be encoded.
-class Viewer {
-public:
-    explicit Viewer(DaemonProcess& daemon)
-        : daemon_(daemon), thread_([url = daemon.url()] {
-              run_program("gonio", {"--server", url, "watch"});
-          }) {}
-    ~Viewer() {
-        daemon_.stop();
-        thread_.join();
-    }
-    Viewer(const Viewer&) = delete;
-    Viewer& operator=(const Viewer&) = delete;
-
-private:
-    DaemonProcess& daemon_;
-    std::thread thread_;
-};
 // Reports of frames that light anew.
 std::vector<Json> reports_while_moving(const DaemonProcess& daemon, std::size_t count) {
     const Mover mover(port_of(daemon.url()), [](v1::Command& command, int step) {
@@ -200,7 +183,7 @@ TEST(Cornell, FramesThatComeLateHaveLessWork) {
     DaemonProcess daemon(
         {"--renderer", "gl", "--size", std::to_string(kSide) + "x" + std::to_string(kSide), "--target-fps", "1000"});
     ASSERT_TRUE(daemon.transport_ready());
-    const Viewer viewer(daemon);
+    const Onlooker viewer(daemon);
     const std::vector<Json> moving = reports_while_moving(daemon, kFrames);
     ASSERT_EQ(moving.size(), kFrames);
     std::map<int, std::size_t> efforts;

@@ -1,9 +1,14 @@
 // What C++ and GLSL share is checked against the programs' own introspection; every program the pipeline can ask for
 // compiles.
+#include <algorithm>
 #include <cstddef>
+#include <cstdio>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "server/gl/program.h"
+#include "server/render/passes/composite_defines.h"
 #include "shaders/shared/layouts.h"
 #include "tests/gl/test_context.h"
 
@@ -67,18 +72,6 @@ TEST(Programs, EveryOptionSetCompiles) {
     }
     make("passes/mesh.vert", "passes/gbuffer.frag", {{"CELLS", "2"}, {"BODY", "1"}});
     make("passes/mesh.vert", "passes/gbuffer.frag", {{"CELLS", "3"}, {"EMISSIVE", "1"}, {"BODY", "1"}});
-    for (int view = 0; view < 10; ++view) {
-        for (int bits = 0; bits < 4; ++bits) {
-            gl::Defines defines = {{"VIEW", std::to_string(view)}};
-            if (bits & 1) defines.emplace_back("RAW", "1");
-            if (bits & 2) defines.emplace_back("EMISSIVE", "1");
-            make("passes/screen.vert", "passes/composite.frag", defines);
-        }
-    }
-    for (const char* tone : {"0", "1", "2", "3", "4"})
-        make("passes/screen.vert", "passes/composite.frag", {{"VIEW", "0"}, {"TONE", tone}});
-    for (const char* view : {"0", "3", "4"})
-        make("passes/screen.vert", "passes/composite.frag", {{"VIEW", view}, {"EDGES", "1"}});
     for (const char* sub : {"1", "2", "3"}) {
         make("passes/screen.vert", "passes/mask.frag", {{"CUBE", "1"}, {"SUB", sub}});
         make("passes/screen.vert", "passes/mask.frag", {{"CUBE", "1"}, {"SUB", sub}, {"UNIFORM_WEB", "1"}});
@@ -90,6 +83,54 @@ TEST(Programs, EveryOptionSetCompiles) {
     make("passes/screen.vert", "passes/gather_seed.frag", {{"DISK", "1"}});
     make("passes/screen.vert", "passes/nv12.frag", {});
     make("passes/solid.vert", "passes/solid.frag", {});
+}
+
+// Result: the texture units of a program's samplers, one for each.
+std::vector<GLint> units_of(GLuint program) {
+    GLint count = 0;
+    glGetProgramiv(program, GL_ACTIVE_UNIFORMS, &count);
+    std::vector<GLint> units;
+    for (GLint i = 0; i < count; ++i) {
+        char name[64];
+        GLint size = 0;
+        GLenum type = 0;
+        glGetActiveUniform(program, static_cast<GLuint>(i), sizeof name, nullptr, &size, &type, name);
+        if (type != GL_SAMPLER_2D && type != GL_SAMPLER_2D_ARRAY && type != GL_SAMPLER_CUBE) continue;
+        glGetUniformiv(program, glGetUniformLocation(program, name), &units.emplace_back());
+    }
+    return units;
+}
+
+// Whatever a client asks for: composite.frag links with each set of options, which it does not where two uniforms have
+// one location. No two textures have one unit.
+TEST(Programs, EveryCompositeLinks) {
+    std::set<gl::Defines> sets;
+    for (int view = 0; view <= static_cast<int>(View::solid); ++view)
+        for (int bits = 0; bits < 64; ++bits)
+            for (int tone = -1; tone <= static_cast<int>(Tone::neutral); ++tone) {
+                CompositeParts parts;
+                parts.view = static_cast<View>(view);
+                int next = 0;
+                for (bool* part :
+                     {&parts.raw, &parts.emissive, &parts.openings, &parts.edges, &parts.haze, &parts.work_light})
+                    *part = (bits >> next++ & 1) != 0;
+                if (tone >= 0) parts.look = {static_cast<Tone>(tone), 4000.0, 0.0};
+                sets.insert(composite_defines(parts));
+            }
+    EXPECT_GT(sets.size(), 400u);
+    for (const gl::Defines& defines : sets) {
+        std::string said;
+        for (const auto& [name, value] : defines) said += name + "=" + value + " ";
+        try {
+            const gl::Program program = gl::make_program("passes/screen.vert", "passes/composite.frag", defines);
+            std::vector<GLint> units = units_of(program.id());
+            std::sort(units.begin(), units.end());
+            EXPECT_EQ(std::adjacent_find(units.begin(), units.end()), units.end()) << said;
+        } catch (const gl::ProgramError& error) {
+            ADD_FAILURE() << said << error.what();
+        }
+    }
+    std::printf("%zu sets of options\n", sets.size());
 }
 
 }  // namespace

@@ -3,10 +3,12 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <limits>
 
+#include "server/render/passes/composite_defines.h"
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
 #include "server/scene/false_color.h"
 #include "server/scene/white_balance.h"
+#include "shaders/shared/composite.h"
 
 namespace gonio {
 namespace {
@@ -37,8 +39,8 @@ void bind_edges(const PassContext& context, ScreenLight& screen) {
                   {}};
         if (target.emissive) on_gpu.emission = texture("edge emission", GL_RGBA32F, GL_FLOAT, edges.emission);
     }
-    glBindTextureUnit(2, on_gpu.albedo.id());
-    if (target.emissive) glBindTextureUnit(3, on_gpu.emission.id());
+    glBindTextureUnit(layouts::kUnitAlbedo, on_gpu.albedo.id());
+    if (target.emissive) glBindTextureUnit(layouts::kUnitEmissive, on_gpu.emission.id());
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, on_gpu.rows.id());
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, on_gpu.pixels.id());
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, on_gpu.taps.id());
@@ -73,22 +75,22 @@ bool shows_work_light(const PassContext& context) {
 
 PassRun run_composite(const PassContext& context, View view, const LightGpu* shown,
                       std::span<const LightGpu* const> lights, ScreenLight& screen, GLuint raw) {
+    using namespace layouts;
     const Target& target = context.target;
-    gl::Defines defines = {{"VIEW", std::to_string(static_cast<int>(view))}};
-    if (raw != 0) defines.emplace_back("RAW", "1");
-    if (target.emissive && !context.scene.emission_hidden) defines.emplace_back("EMISSIVE", "1");
     const std::vector<lighting::ShiningPixel> openings = shown_openings(context, view, screen.light);
-    if (!openings.empty()) defines.emplace_back("OPENINGS", "1");
     const bool edges = shows_lit_surfaces(view) && shows_edges(context) && !screen.surfaces.edges.rows.empty();
-    if (edges) defines.emplace_back("EDGES", "1");
-    const Look& look = context.scene.look;
-    const bool looks = shows_lit_surfaces(view) && !is_false_color(view) && raw == 0 && !(look == Look());
-    if (looks) defines.emplace_back("TONE", std::to_string(static_cast<int>(look.tone)));
     const lighting::AirPicture* air = air_picture(context, view, lights, screen.surfaces, screen.light, screen.air);
-    if (air != nullptr) defines.emplace_back("HAZE", "1");
     const bool work_light = view == View::beauty && shows_work_light(context);
-    if (work_light) defines.emplace_back("WORK_LIGHT", "1");
-    const GLuint program = context.programs.get("passes/screen.vert", "passes/composite.frag", defines);
+    const CompositeParts parts{view,
+                               raw != 0,
+                               target.emissive && !context.scene.emission_hidden,
+                               !openings.empty(),
+                               edges,
+                               air != nullptr,
+                               work_light,
+                               context.scene.look};
+    const GLuint program =
+        context.programs.get("passes/screen.vert", "passes/composite.frag", composite_defines(parts));
     begin_screen(context.programs, raw != 0 ? raw : target.display_fbo.id(), program, target.width_px,
                  target.height_px);
 
@@ -113,25 +115,25 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
         colors = gl::make_buffer("false colour", sizeof made, &made);
         glBindBufferBase(GL_UNIFORM_BUFFER, 1, colors.id());
     }
-    glProgramUniform1i(program, 1, layers);
-    glProgramUniform1f(program, 2, static_cast<float>(context.scene.exposure_ev100));
-    glProgramUniform1f(program, 3, static_cast<float>(context.scene.view_gain));
-    if (looks) {
-        const glm::mat3 white(white_balance(look.white_k, look.white_duv));
-        glProgramUniformMatrix3fv(program, 7, 1, GL_FALSE, &white[0][0]);
+    glProgramUniform1i(program, kAtLightCount, layers);
+    glProgramUniform1f(program, kAtEv100, static_cast<float>(context.scene.exposure_ev100));
+    glProgramUniform1f(program, kAtGain, static_cast<float>(context.scene.view_gain));
+    if (composite_looks(parts)) {
+        const glm::mat3 white(white_balance(parts.look.white_k, parts.look.white_duv));
+        glProgramUniformMatrix3fv(program, kAtWhite, 1, GL_FALSE, &white[0][0]);
     }
-    glBindTextureUnit(0, target.direct.id());
-    glBindTextureUnit(1, target.indirect.id());
-    glBindTextureUnit(2, target.albedo.id());
-    if (target.emissive) glBindTextureUnit(3, target.emission.id());
-    glBindTextureUnit(5, target.besides.id());
+    glBindTextureUnit(kUnitDirect, target.direct.id());
+    glBindTextureUnit(kUnitIndirect, target.indirect.id());
+    glBindTextureUnit(kUnitAlbedo, target.albedo.id());
+    if (target.emissive) glBindTextureUnit(kUnitEmissive, target.emission.id());
+    glBindTextureUnit(kUnitBesides, target.besides.id());
     const float has = context.besides ? 1.0f : 0.0f;  // else of an earlier frame
-    glProgramUniform2f(program, 5, has * screen.besides_unit_lx[0], has * screen.besides_unit_lx[1]);
-    glProgramUniform1i(program, 6, context.merged ? 0 : 1);
-    glBindTextureUnit(8, target.depth.id());
+    glProgramUniform2f(program, kAtBesidesUnit, has * screen.besides_unit_lx[0], has * screen.besides_unit_lx[1]);
+    glProgramUniform1i(program, kAtIndirectInLayers, context.merged ? 0 : 1);
+    glBindTextureUnit(kUnitDepth, target.depth.id());
     if (work_light) {
         bind_surface(program, context, context.eye.position);
-        glProgramUniform1f(program, 7, static_cast<float>(kWorkLightShown));
+        glProgramUniform1f(program, kAtWorkLight, static_cast<float>(kWorkLightShown));
     }
     if (edges) bind_edges(context, screen);
     if (air != nullptr) {
@@ -142,15 +144,15 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
         glTextureSubImage2D(texture.id(), 0, 0, 0, target.width_px, target.height_px, GL_RGBA, GL_HALF_FLOAT,
                             air->halves.data());
         glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
-        glBindTextureUnit(6, texture.id());
-        glProgramUniform1f(program, 9, air->unit);
+        glBindTextureUnit(kUnitAir, texture.id());
+        glProgramUniform1f(program, kAtAirUnit, air->unit);
     }
     gl::Texture seen;
     if (!openings.empty()) {
         glm::ivec2 at;
         seen = openings_texture(openings, at);
-        glBindTextureUnit(9, seen.id());
-        glProgramUniform2i(program, 8, at.x, at.y);
+        glBindTextureUnit(kUnitOpenings, seen.id());
+        glProgramUniform2i(program, kAtOpenings, at.x, at.y);
     }
     float scale = 1.0f;
     if (shown != nullptr) {
@@ -166,9 +168,9 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
                             : view == View::rsm_depth  ? shown->radial_depth.id()
                             : view == View::rsm_normal ? shown->normal.id()
                                                        : shown->flux.id();
-        glBindTextureUnit(4, cube);
+        glBindTextureUnit(kUnitCube, cube);
     }
-    glProgramUniform1f(program, 4, scale);
+    glProgramUniform1f(program, kAtCubeScale, scale);
     draw_screen();
     return {0, 1};
 }

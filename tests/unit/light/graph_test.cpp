@@ -3,13 +3,15 @@
 
 #include <gtest/gtest.h>
 
+#include "server/gl/program.h"
+
 namespace gonio {
 namespace {
 
 struct Graph {
     PassCache pass_cache;
     std::uint64_t a_rev = 1, b_rev = 1;
-    bool with_absent = false;
+    bool with_absent = false, links = true;
     std::string order;
 
     std::vector<Pass> passes() {
@@ -20,6 +22,7 @@ struct Graph {
                      }};
         passes[1] = {"b", "lamp", {}, {Slot::shadow, 0, 7}, {b_rev}, false, false, [&] {
                          order += "b";
+                         if (!links) throw gl::ProgramError("b.frag does not link");
                          return PassRun{2, 3};
                      }};
         passes[2] = {"c", "", {{Slot::gbuffer}, {Slot::shadow, 0, 7}}, {Slot::picture}, {}, false, false, [&] {
@@ -53,6 +56,25 @@ TEST(Graph, AMovedInputRunsItsReadersOnly) {
     g.run({kPicture});
     g.b_rev = 2;
     EXPECT_EQ(g.run({kPicture}), "cl ra ra ");
+}
+
+// A pass that fails leaves what it made, the others run; it is tried again when what it reads is another.
+TEST(Graph, AFailureStaysUntilSomethingChanges) {
+    Graph g;
+    g.links = false;
+    EXPECT_EQ(g.run({kPicture}), "ra fa ra ");
+    EXPECT_EQ(g.pass_cache.failure({Slot::shadow, 0, 7}), "b.frag does not link");
+    EXPECT_EQ(g.run({kPicture}), "cl fa cl ");
+    EXPECT_EQ(g.order, "");
+    std::vector<Pass> all = g.passes();
+    EXPECT_TRUE(outdated(all, std::vector<SlotRef>{kPicture}, g.pass_cache).empty());
+    v1::FrameReport report;
+    for (v1::PassReport& row : execute(all, std::vector<SlotRef>{kPicture}, g.pass_cache))
+        *report.add_passes() = std::move(row);
+    EXPECT_EQ(failure_of(report), "b: b.frag does not link");
+    g.links = true, g.b_rev = 2;
+    EXPECT_EQ(g.run({kPicture}), "cl ra ra ");
+    EXPECT_EQ(g.run({kPicture}), "cl cl cl ");
 }
 
 TEST(Graph, UnwantedIsCulledAndCatchesUpLater) {
