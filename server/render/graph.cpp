@@ -77,7 +77,7 @@ std::vector<v1::PassReport> execute(std::span<Pass> passes, std::span<const Slot
         if (!pass.stale && pass_cache.holds(pass.writes, key)) {
             const std::string& failure = pass_cache.failure(pass.writes);
             row.set_state(failure.empty() ? "clean" : "failed");
-            row.set_failure(failure);
+            if (!failure.empty()) row.set_failure(failure);
             continue;
         }
         const auto start = std::chrono::steady_clock::now();

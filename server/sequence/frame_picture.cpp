@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "protocol/schema/measure.pb.h"
 #include "protocol/schema/report.pb.h"
 #include "server/assets/exr.h"
-#include "server/gl/program.h"
 #include "server/scene/apply.h"
 #include "server/scene/eye.h"
 #include "server/session/capture_file.h"
@@ -159,7 +159,7 @@ std::optional<TakenPicture> take_picture(Renderers& renderers, const Scene& scen
     job->samples_per_pixel = request.samples_per_pixel;
     while (!renderer.continue_capture(*job))
         if (stop.stop_requested()) return std::nullopt;
-    if (!job->failure.empty()) throw gl::ProgramError(job->failure);
+    if (!job->failure.empty()) throw std::runtime_error(job->failure);
     return TakenPicture{std::move(*job->picture), std::nullopt, std::nullopt};
 }
 

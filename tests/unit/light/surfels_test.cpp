@@ -194,7 +194,7 @@ struct Housing {
         for (std::size_t i = 0; i < made.surfels().count; ++i) {
             const glm::dvec3 p = glm::dvec3(made.surfels().position(i)) + made.geometry->origin() - kMiddle,
                              n(made.surfels().geometric[i]);
-            if (glm::all(glm::lessThan(glm::abs(p), 0.5 * (kHigh - kLow) + 1e-3)) && glm::dot(n, p) < 0.0 == inside)
+            if (glm::all(glm::lessThan(glm::abs(p), 0.5 * (kHigh - kLow) + 1e-3)) && (glm::dot(n, p) < 0.0) == inside)
                 take(i, p, n);
         }
     }
