@@ -342,13 +342,13 @@ void App::run() {
 }
 
 void App::stop() {
+    spdlog::info("stopping");
     http_server_->set_ready(false);
     service_.tell("STOPPING=1");
     // What was taken in before the signal is carried out and answered; then clients are told.
     while (auto work = inbox_.queue.try_pop()) render_session_.take(std::move(*work));
     http_server_->stop(kReconnectAfterMs);
     if (state_file_) state_file_->close();
-    spdlog::info("stopping");
 }
 
 int run_daemon(const Options& given) {
