@@ -104,7 +104,8 @@ public:
     // Illuminance at a point. Quality interactive: a shadow ray, and links of the point's own to the transport's
     // surfels (bounces: all, 1 or 0). Quality rsm: direct likewise, indirect the unoccluded sum over all RSM texels in
     // double precision. Errors: of the mean of 16 independent parts and the transport's own; of the two halves of a
-    // checkerboard of texels; none for the seed techniques.
+    // checkerboard of texels; none for the seed techniques. Throws gl::ProgramError where a program that it needs does
+    // not link.
     enum class MeterQuality { interactive, rsm };
     virtual v1::MeterReading meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& normal,
                                    MeterQuality quality, int bounces = trace::kAllBounces) = 0;

@@ -137,7 +137,7 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
     inputs.bounces = bounces;
     inputs.meter = rsm ? FrameInputs::Meter::rsm : FrameInputs::Meter::interactive;
     Timers timers;
-    run(inputs, wanted_slots(inputs, false), timers);
+    const std::string failure = failure_of(run(inputs, wanted_slots(inputs, false), timers));
     Sums sums;
     for (std::size_t i = 0; i < metered.lights.size(); ++i) {
         if (inputs.layers[i] >= 0) add_light(inputs, i, point, unit_normal, sums);
@@ -152,6 +152,7 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
         }
     }
     pass_cache_.forget_target(target.id);
+    if (!failure.empty()) throw gl::ProgramError(failure);
     v1::MeterReading reading = lux_reading(point, sums.direct_lx, sums.indirect_lx);
     if (standard) {
         reading.set_direct_error_lx(std::sqrt(sums.direct_variance));  // of luminaires 0: the web itself, evaluated
