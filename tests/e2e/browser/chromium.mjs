@@ -10,7 +10,7 @@ const kChromium = process.env.GONIO_CHROMIUM ?? "/usr/bin/chromium";
 const kArguments = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync"];
 const kStartMs = 60000;
-const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+export const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
 const alive = (pid) => {
     try {

@@ -6,7 +6,9 @@ import {mkdtempSync, readFileSync, rmSync} from "node:fs";
 import {tmpdir} from "node:os";
 import {join} from "node:path";
 
-import {browserOf, playwright as installed} from "./chromium.mjs";
+import {browserOf, playwright as installed, sleep} from "./chromium.mjs";
+
+export {sleep};
 
 export const kTimeoutMs = 30000;
 
@@ -70,8 +72,6 @@ export function check(condition, text, detail = "") {
     if (!condition) throw new Failure(`${text}${detail === "" ? "" : ` (${detail})`}`);
     console.log(`ok - ${text}${detail === "" ? "" : ` (${detail})`}`);
 }
-
-export const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
 export async function until(what, probe, timeout_ms = kTimeoutMs) {
     const end_ms = Date.now() + timeout_ms;
