@@ -1,15 +1,12 @@
 // Beam and field angles: where the intensity along one plane falls to a fraction of a reference.
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "ies/quantities.h"
 
 namespace gonio::ies {
 
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 struct Sample {
     double t = 0.0;  // radians from photometric zero; negative on the far side

@@ -4,13 +4,10 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 
 namespace gonio::ies {
 
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 std::string number(double value) {
     std::array<char, 32> buffer{};

@@ -1,15 +1,12 @@
 // Fluxes over parts of the sphere: zones, azimuth sectors, BUG rating.
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "ies/quantities.h"
 
 namespace gonio::ies {
 
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 // Integral of the linear function (y0 at a, y1 at b) times sin x over lo..hi within a..b.
 double clipped_linear_times_sin(double a, double b, double y0, double y1, double lo, double hi) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 
 #include "ies/text_scan.h"
@@ -10,8 +9,6 @@
 namespace gonio::ies::detail {
 
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 constexpr double kSameRad = 1e-9;
 
 std::optional<std::size_t> plane_at(const PhotometricWeb& web, double azimuth) {

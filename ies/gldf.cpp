@@ -9,6 +9,7 @@
 #include "ies/core/printed.h"
 #include "ies/core/text.h"
 #include "ies/core/zip.h"
+#include "ies/gldf_lights.h"
 #include "ies/grid.h"
 #include "ies/l3d.h"
 #include "ies/photometry_file.h"
@@ -20,14 +21,15 @@ namespace gonio::ies {
 
 namespace {
 
+using detail::is_light;
+using detail::Light;
 using detail::offset_of;
 using detail::Report;
 using detail::text_of;
 using pugi::xml_node;
 using Index = std::unordered_map<std::string_view, xml_node>;
 
-constexpr std::size_t kMaxLights = 1000;  // of a variant; the rest is ignored
-constexpr std::size_t kListed = 8;        // names in a note or an error
+constexpr std::size_t kListed = 8;  // names in a note or an error
 constexpr const char* kProduct = "product.xml";
 
 ZipLimits limits() {
@@ -97,11 +99,12 @@ Result<xml_node> choose_variant(const Product& product, const std::string& wante
         names.add(std::string(id) + " \"" + std::string(locale_of(variant.child("Name"))) + '"');
         const auto is_named = [&](const xml_node& locale) { return text_of(locale) == wanted; };
         const bool fits = wanted.empty()
-                              ? bool(variant.child("Geometry").first_child())
+                              ? !chosen && !detail::lights_of(variant).empty()
                               : id == wanted || std::ranges::any_of(variant.child("Name").children("Locale"), is_named);
         if (!chosen && fits) chosen = variant;
     }
     if (names.count == 0) return product.error(product.root, "no_variant", {}, "the product has no Variant");
+    if (!chosen && wanted.empty() && detail::lone_emitter(product.root)) chosen = variants.child("Variant");
     if (!chosen && wanted.empty())
         return product.error(variants, "no_emitter", {}, "no variant of the product has an emitter");
     if (!chosen)
@@ -113,56 +116,6 @@ Result<xml_node> choose_variant(const Product& product, const std::string& wante
                                 (wanted.empty() ? " is taken, the first with an emitter of " : " is taken of ") +
                                 names.text);
     return chosen;
-}
-
-// A light of a variant: an emitter, and where in the luminaire's geometry it sits.
-struct Light {
-    xml_node reference;
-    std::string_view emitter;        // id
-    std::string_view object;         // EmitterObjectExternalName
-    std::string_view simple, model;  // ids of geometries
-};
-
-std::vector<Light> lights_of(const xml_node& variant) {
-    std::vector<Light> lights;
-    const auto add = [&](Light light) {
-        for (Light& other : lights) {
-            if (other.emitter != light.emitter || (!other.object.empty() && !light.object.empty())) continue;
-            if (other.object.empty()) other.object = light.object;
-            if (other.simple.empty()) other.simple = light.simple;
-            if (other.model.empty()) other.model = light.model;
-            return;
-        }
-        if (lights.size() < kMaxLights) lights.push_back(light);
-    };
-    const auto read = [&](const xml_node& parent) {
-        for (const xml_node& reference : parent.children()) {
-            const std::string_view name = reference.name();
-            if (name == "ModelGeometryReference") {
-                for (const xml_node& inner : reference.children("EmitterReference"))
-                    add({inner,
-                         inner.attribute("emitterId").value(),
-                         text_of(inner.child("EmitterObjectExternalName")),
-                         {},
-                         reference.attribute("geometryId").value()});
-            } else if (name == "EmitterReference" || name == "SimpleGeometryReference") {
-                add({reference,
-                     reference.attribute("emitterId").value(),
-                     {},
-                     reference.attribute("geometryId").value(),
-                     {}});
-            }
-        }
-    };
-    const xml_node geometry = variant.child("Geometry");
-    read(geometry);
-    read(geometry.child("GeometryReferences"));
-    return lights;
-}
-
-bool is_light(const xml_node& element) {
-    const std::string_view name = element.name();
-    return name == "FixedLightEmitter" || name == "ChangeableLightEmitter" || name == "MultiChannelLightEmitter";
 }
 
 struct Chosen {
@@ -210,7 +163,13 @@ Result<xml_node> light_emitter_of(const Product& product, const Light& light, st
 }
 
 Result<Chosen> choose_light(const Product& product, const xml_node& variant, const std::string& wanted) {
-    const std::vector<Light> lights = lights_of(variant);
+    std::vector<Light> lights = detail::lights_of(variant);
+    if (const xml_node lone = lights.empty() ? detail::lone_emitter(product.root) : xml_node()) {
+        lights.push_back({lone, lone.attribute("id").value(), {}, {}, {}});
+        product.report.note(
+            "emitter_assumed", offset_of(variant),
+            "the variant names no emitter: it has the product's only one, " + shown_text(lights.back().emitter, 60));
+    }
     if (lights.empty()) return product.error(variant, "no_emitter", {}, "the variant has no emitter");
     std::string id;
     std::size_t number = 0;

@@ -16,6 +16,9 @@ namespace gonio::ies {
 // is the second of an emitter's interchangeable light emitters. Empty: the first variant that has an emitter, and its
 // first emitter with light. Of that it is the first light emitter that is not for emergencies only.
 //
+// Older drafts have references to emitters in the Variant itself. Where a variant names none and the product has only
+// one with light, it is that one's: note `emitter_assumed`.
+//
 // The chain Variant → Geometry → Emitter → Photometry → File leads to a file of LM-63, EULUMDAT or TM-33. Then:
 // - Flux. The rated luminous flux is that of a fixed emitter, or of the light sources of a changeable emitter's
 // equipment.

@@ -2,13 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace gonio::ies {
 
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 double candela_at(const PhotometricWeb& web, double v, double h) {
     return intensity(web, direction_of(Goniometer::type_c, Angle::radians(v), Angle::radians(h))).in(cd);

@@ -94,7 +94,6 @@ SolidMesh photometric_solid(const PhotometricWeb& web, Angle max_step) {
     if (!(peak_intensity(web) > 0.0 * cd)) return {};
     const double step = std::max(max_step.radians(), 1e-3);
     const bool type_c = web.goniometer == Goniometer::type_c;
-    constexpr double kPi = std::numbers::pi;
     const std::vector<double> rows = refine(type_c ? web.v_rad : std::vector{0.0, kPi}, step, kMaxRows);
     std::vector<double> columns = refine(type_c ? web.h_rad : std::vector{0.0, 2.0 * kPi}, step, kMaxColumns);
     columns.pop_back();  // 2 pi is column 0 again

@@ -4,14 +4,11 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 namespace gonio::ies {
 
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 // c, s: cosine and sine of the angle from nadir; h in radians. Candela.
 using Law = double (*)(double c, double s, double h);

@@ -4,12 +4,15 @@
 
 #include <array>
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <vector>
 
 #include "ies/core/units.h"
 
 namespace gonio::ies {
+
+inline constexpr double kPi = std::numbers::pi;
 
 // How (v, h) name a direction of the luminaire frame (LM-63-2019 clause 5.11; EXT_lights_ies). Photometric zero (0,0)
 // is -Z. For Type C, H = 0 lies on +X and H = 90 on +Y.

@@ -2,8 +2,8 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <numbers>
 
+#include "ies/direct_ratios.h"
 #include "ies/fold.h"
 #include "ies/quantities.h"
 #include "ies/writers.h"
@@ -11,8 +11,6 @@
 namespace gonio::ies {
 
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 constexpr double kMillimetre = 1e-3;
 
 struct Writer {
@@ -144,6 +142,12 @@ EulumdatFields make_fields(const Photometry& photometry, double reference_lm) {
     return fields;
 }
 
+// What is computed to four digits is written with four.
+std::array<double, 10> rounded(std::array<double, 10> ratios) {
+    for (double& ratio : ratios) ratio = std::round(ratio * 1e4) / 1e4;
+    return ratios;
+}
+
 void append_luminous_area(Writer& out, const Opening& opening) {
     const double length = opening.length.in(m) / kMillimetre;
     const double width = opening.width.in(m) / kMillimetre;
@@ -200,7 +204,10 @@ std::string write_eulumdat(const Photometry& photometry) {
     out.number(fields.tilt_deg);
     out.number(static_cast<double>(fields.lamp_sets.size()));
     for (const LampSet& set : fields.lamp_sets) append_lamp_set(out, set);
-    for (const double ratio : fields.direct_ratios) out.number(ratio);
+    // A file that came without them gets them, as one that was read from another format does.
+    const bool given = std::ranges::any_of(fields.direct_ratios, [](double ratio) { return ratio != 0.0; });
+    const std::array<double, 10> ratios = given ? fields.direct_ratios : rounded(direct_ratios(web));
+    for (const double ratio : ratios) out.number(ratio);
     for (std::size_t i = 0; i < planes; ++i) out.number(detail::tidy_degrees(web.h_rad[i]));
     for (const double gamma : web.v_rad) out.number(detail::tidy_degrees(gamma));
     for (const std::size_t h : layout.stored) {

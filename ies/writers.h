@@ -16,7 +16,8 @@ std::string write_lm63(const Photometry& photometry);
 // Result: a EULUMDAT file in UTF-8. Candela are divided by the rated lumens (relative) or by the flux of the web
 // (absolute: lamp count -1). Azimuths are turned back, C = h + 90 degrees. The format has limits. Types A and B are
 // resampled to Type C at 1 degree. A web whose planes at 0 and 360 differ keeps the one at 0. Openings other than
-// rectangle, box, circle and round cylinder become rectangle or box. Tilt tables are lost. Lines end in CR LF.
+// rectangle, box, circle and round cylinder become rectangle or box. Tilt tables are lost. Direct ratios that the
+// photometry has not are those of direct_ratios(). Lines end in CR LF.
 std::string write_eulumdat(const Photometry& photometry);
 
 // Result: a TM-33-22 file (root IESTM33-22, Version 1.1) in UTF-8, with the schema's names and order. Lengths are

@@ -51,13 +51,14 @@ constexpr WordRow kAcquireOptions[] = {
     {"--hold", "S", number, "", "seconds, 0 to 1e6; default: until interrupted"},
 };
 constexpr auto kReleaseOptions = std::span(kAcquireOptions).first<1>();
-constexpr WordRow kFiles[] = {{"FILE…", "", text, "", "IES, EULUMDAT, TM-33 or GLDF; -: standard input"}};
+constexpr WordRow kFiles[] = {
+    {"FILE…", "", text, "", "IES, EULUMDAT, TM-33 or GLDF, or a zip with one; -: standard input"}};
 constexpr WordRow kPhotometryOptions[] = {
     {"--svg", "", flag, "", "an SVG drawing of the curves"},
     {"--ugr", "", flag, "", "CIE 190's table of the unified glare rating too"},
     {"--spacing", "RATIO", number, "",
      "of --ugr: between luminaires, of their height above the eye, 0.1 to 2; default: 0.25"},
-    {"--variant", "NAME", text, "", "of a GLDF product, id or name; default: the first"},
+    {"--variant", "NAME", text, "", "of a GLDF product, id or name, default: the first; of a zip, a file's name"},
     {"--emitter", "NAME", text, "", "of a GLDF variant or a TM-33 file; default: the first"},
 };
 constexpr WordRow kConvert[] = {
@@ -163,8 +164,7 @@ constexpr WordCommand kCommands[] = {
      kReportFile, kLuxReport},
     {"save show", "save_show", "keeps the show in the server's folder of shows", kSaveShow, kSaveShowOptions},
     {"save scene", "capture", "writes the scene as it stands to a file of this machine", kSceneFile, {}},
-    {"open show", "command.open_show", "replaces the scene by a show; it cannot be undone", kOpenShow,
-     kOpenShowOptions},
+    {"open show", "command.open_show", "replaces the scene by a show", kOpenShow, kOpenShowOptions},
     {"shows", "shows", "lists the shows in the server's folder, or prints one", kShows, kShowsOptions},
     {"gels", "gels", "lists the gels that set light --gel takes", {}, {}},
     {"library", "library", "lists the profiles that lights can have by name", kSearch, kLibraryOptions},

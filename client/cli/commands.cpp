@@ -40,6 +40,15 @@ int ask(const Session& session, v1::ClientMessage message, std::initializer_list
     return kExitOk;
 }
 
+// load scene FILE --merge: what is changed is what was asked for, no warning.
+int told(const Session& session, Result<Answer> answer, bool merge) {
+    if (merge && answer && !session.json) {
+        for (const std::string& line : answer->result().warnings()) session.out << line << "\n";
+        answer->mutable_result()->clear_warnings();
+    }
+    return session.changed(answer);
+}
+
 // load scene FILE --upload, open show FILE --upload: sends the file, then has the server load it.
 int load_upload(const Session& session, v1::ClientMessage message) {
     v1::Command& command = *message.mutable_command();
@@ -52,7 +61,8 @@ int load_upload(const Session& session, v1::ClientMessage message) {
             {"permission", show ? "open show" : "load scene", file, "a viewer may look and ask, not upload anything"});
     if (const auto sent = upload(session.address, session.token, file, name); !sent) return session.fail(sent.error());
     file = std::string(kUploadPrefix) + name;
-    return session.change(std::move(message));
+    const bool merge = command.load_scene().merge();
+    return told(session, session.ask(std::move(message), {Answer::kResult}), merge);
 }
 
 int change(const Session& session, const ReadWords& words) {
@@ -67,13 +77,14 @@ int change(const Session& session, const ReadWords& words) {
         std::error_code error;
         if (std::filesystem::is_regular_file(file, error)) file = std::filesystem::absolute(file, error).string();
     }
+    const bool merge = command.load_scene().merge();
     auto answer = session.ask(std::move(message), {Answer::kResult});
     if (!answer && answer.error().code == "not_found" && answer.error().where == "profile" && !*attached) {
         Error error = answer.error();
         error.message = "The file does not exist, and the server's library has no profile of this name.";
         return session.fail(error);
     }
-    return session.changed(answer);
+    return told(session, std::move(answer), merge);
 }
 
 int get(const Session& session, const ReadWords& words) {
@@ -211,6 +222,7 @@ int grid_values(const Session& session, const ReadWords& words) {
         const v1::GridValues& values = answer.grid_values();
         if (session.json) return session.print(values);
         session.out << (words.has("--csv") ? grid_csv(values) : grid_text(values));
+        for (const std::string& warning : values.warnings()) session.err << "warning: " << warning << "\n";
     });
 }
 

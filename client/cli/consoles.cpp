@@ -1,6 +1,7 @@
 #include "client/cli/output.h"
 #include "protocol/schema/console.pb.h"
 
+#include <algorithm>
 #include <cstdio>
 
 namespace gonio {
@@ -31,10 +32,17 @@ std::string levels_text(const v1::SourceRow& row) {
 }  // namespace
 
 std::string sources_table(const v1::Sources& sources) {
-    if (sources.endpoints_size() == 0) return "goniod listens to no console: start it with --sacn, --artnet or --osc\n";
     std::string text;
+    const auto is_console = [](const v1::InputEndpoint& one) { return one.protocol() != "box"; };
+    if (std::ranges::none_of(sources.endpoints(), is_console))
+        text += "goniod listens to no console: start it with --sacn, --artnet or --osc\n";
     char line[1024];
     for (const v1::InputEndpoint& one : sources.endpoints()) {
+        if (!is_console(one)) {
+            text +=
+                "box " + one.address() + ": " + std::to_string(one.packets()) + " messages, " + one.last_error() + "\n";
+            continue;
+        }
         std::snprintf(line, sizeof line, "%s on %s: %u packets, %u bad, %u dropped by the kernel, %u refused",
                       one.protocol().c_str(), one.address().c_str(), one.packets(), one.bad_packets(),
                       one.kernel_drops(), one.refused_sources());
@@ -43,6 +51,7 @@ std::string sources_table(const v1::Sources& sources) {
         if (!one.last_error().empty()) text += "; last error: " + one.last_error();
         text += "\n";
     }
+    if (std::ranges::none_of(sources.endpoints(), is_console)) return text;
     std::snprintf(line, sizeof line, "%-7s %5s %-24s %-22s %4s %7s %6s %6s %-10s %5s %6s  %s\n", "from", "univ", "name",
                   "address", "prio", "rate/s", "lost", "order", "state", "wins", "age s", "levels");
     text += line;

@@ -40,14 +40,26 @@ std::string checks_text(const google::protobuf::RepeatedPtrField<v1::TargetCheck
     return text + "\n";
 }
 
-// Values in whole lux, one decimal where all are small; v up.
+// Result: of each point why it is left out, "" where it counts.
+std::vector<std::string> reasons_of(const v1::GridValues& values) {
+    std::vector<std::string> reasons(static_cast<std::size_t>(values.values_lx_size()));
+    for (const v1::LeftOutPoint& point : values.left_out())
+        if (point.point() < reasons.size()) reasons[point.point()] = point.reason();
+    return reasons;
+}
+
+// Values in whole lux, one decimal where all are small; v up. Dashes where they do not count.
 std::string plan_text(const v1::GridValues& values) {
     const auto wide = static_cast<int>(values.count(0)), high = static_cast<int>(values.count(1));
     const int decimals = values.max_lx() < 99.95 ? 1 : 0;
     const int column = std::max(4, static_cast<int>(printed("%.*f", decimals, values.max_lx()).size()) + 1);
+    const std::vector<std::string> reasons = reasons_of(values);
     std::string text;
     for (int j = high - 1; j >= 0; --j) {
-        for (int i = 0; i < wide; ++i) text += printed("%*.*f", column, decimals, values.values_lx(j * wide + i));
+        for (int i = 0; i < wide; ++i)
+            text += reasons[static_cast<std::size_t>(j * wide + i)].empty()
+                        ? printed("%*.*f", column, decimals, values.values_lx(j * wide + i))
+                        : printed("%*s", column, "-");
         text += "\n";
     }
     return text;
@@ -70,16 +82,24 @@ std::string grid_text(const v1::GridValues& values) {
                     values.bounces().c_str(), grid.maintenance_factor(), values.scene_rev());
     text += values.has_error_lx() ? printed(", standard error %.2g lx", values.error_lx()) : ", error not estimated";
     if (values.has_noise_reached() && !values.noise_reached()) text += " (the noise asked for is not reached)";
-    return text + "\n\n" + plan_text(values);
+    text += "\n";
+    for (const auto& [reason, where] :
+         {std::pair("inside", "inside closed bodies"), {"outside", "outside of the room"}}) {
+        const auto count = std::ranges::count_if(
+            values.left_out(), [&](const v1::LeftOutPoint& point) { return point.reason() == reason; });
+        if (count > 0) text += std::to_string(count) + " points left out: they lie " + where + "\n";
+    }
+    return text + "\n" + plan_text(values);
 }
 
 std::string grid_csv(const v1::GridValues& values) {
-    std::string text = "i,j,x_m,y_m,z_m,lx\n";
+    const std::vector<std::string> reasons = reasons_of(values);
+    std::string text = "i,j,x_m,y_m,z_m,lx,left_out\n";
     for (int k = 0; k < values.values_lx_size(); ++k) {
         text += std::to_string(k % static_cast<int>(values.count(0))) + "," +
                 std::to_string(k / static_cast<int>(values.count(0)));
         for (int axis = 0; axis < 3; ++axis) text += "," + print_number(values.points_m(3 * k + axis));
-        text += "," + print_number(values.values_lx(k)) + "\n";
+        text += "," + print_number(values.values_lx(k)) + "," + reasons[static_cast<std::size_t>(k)] + "\n";
     }
     return text;
 }

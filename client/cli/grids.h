@@ -7,9 +7,10 @@
 
 namespace gonio {
 
-// Result: statistics, checks, how it was computed, and the values as a plan: u to the right, v up.
+// Result: statistics, checks, how it was computed, what was left out, and the values as a plan: u to the right, v up.
 std::string grid_text(const v1::GridValues& values);
-// Result: a line for each point under a line of names: i, j, x_m, y_m, z_m, lx.
+// Result: a line for each point under a line of names: i, j, x_m, y_m, z_m, lx, left_out: "inside", "outside" or
+// nothing.
 std::string grid_csv(const v1::GridValues& values);
 // Result: a line for each.
 std::string grids_table(const v1::Grids& grids);

@@ -12,8 +12,10 @@
 
 #include "ies/curves.h"
 #include "ies/glare.h"
+#include "ies/lamp_colour.h"
 #include "ies/photometry_file.h"
 #include "ies/quantities.h"
+#include "protocol/schema/upload_name.h"
 
 namespace gonio {
 
@@ -131,6 +133,12 @@ Json diagnostics_json(const std::vector<ies::Diagnostic>& diagnostics) {
     return result;
 }
 
+Json colour_json(const ies::LampColour& colour) {
+    return {{"cct_k", number_or_null(colour.cct_k)},
+            {"cri", number_or_null(colour.cri)},
+            {"cri_is_least", colour.cri_is_least}};
+}
+
 Json file_json(const std::string& file, const Photometry& photometry) {
     const Quantities q = ies::quantities(photometry);
     const auto names = plane_names(photometry);
@@ -164,6 +172,7 @@ Json file_json(const std::string& file, const Photometry& photometry) {
             {"planes", planes},
             {"light_output_ratio", number_or_null(q.light_output_ratio)},
             {"efficacy_lm_per_w", number_or_null(q.efficacy_lm_per_w)},
+            {"colour", colour_json(ies::lamp_colour(photometry))},
             {"spacing_criterion",
              {{"h0_h180", number_or_null(q.spacing_criterion[0])},
               {"h90_h270", number_or_null(q.spacing_criterion[1])},
@@ -258,6 +267,14 @@ void print_text(const std::string& file, const Photometry& photometry, std::ostr
     if (q.light_output_ratio)
         out << format_text("  light output ratio %.3f of %g lm\n", *q.light_output_ratio, p.rated_lumens);
     if (q.efficacy_lm_per_w) out << format_text("  efficacy %.1f lm/W at %g W\n", *q.efficacy_lm_per_w, p.input_watts);
+    if (const ies::LampColour colour = ies::lamp_colour(photometry); colour.cct_k || colour.cri) {
+        std::string text;
+        if (colour.cct_k) text = format_text("colour temperature %g K", *colour.cct_k);
+        if (colour.cri)
+            text += format_text("%sCRI %s%g", text.empty() ? "" : ", ", colour.cri_is_least ? "at least " : "",
+                                *colour.cri);
+        out << "  " << text << '\n';
+    }
     const auto spacing = [&](std::size_t i) {
         return q.spacing_criterion[i] ? format_text("%.2f", *q.spacing_criterion[i]) : std::string("-");
     };
@@ -309,6 +326,24 @@ std::string read_bounded(std::istream& stream) {
     return bytes;
 }
 
+// A file that is of another format than its name says is read all the same; other programs may not.
+void compare_ending(const std::string& file, Photometry& photometry) {
+    struct Ending {
+        const char* ending;
+        const char* format;
+    };
+    constexpr Ending kEndings[] = {
+        {".ies", "LM-63"}, {".ldt", "EULUMDAT"}, {".xml", "TM-33"}, {".iesxml", "TM-33"}, {".gldf", "GLDF"}};
+    const std::string ending = ending_of(file);
+    const auto* const said = std::ranges::find(kEndings, ending, &Ending::ending);
+    const std::string& format = photometry.provenance.format;
+    if (said == std::end(kEndings) || format.starts_with(said->format)) return;
+    photometry.diagnostics.insert(
+        photometry.diagnostics.begin(),
+        {"other_ending", "warning", 0, 0,
+         "the name ends in " + ending + ", but the file is " + format + "; other programs may refuse it by this name"});
+}
+
 }  // namespace
 
 Result<Photometry> read_photometric_file(const std::string& file, const ies::Choice& choice) {
@@ -316,7 +351,11 @@ Result<Photometry> read_photometric_file(const std::string& file, const ies::Cho
     std::ifstream stream(file, std::ios::binary);
     if (stream.is_open()) {
         const std::string bytes = read_bounded(stream);
-        if (!stream.bad()) return ies::read_photometry(bytes, choice);
+        if (!stream.bad()) {
+            auto read = ies::read_photometry(bytes, choice);
+            if (read) compare_ending(file, *read);
+            return read;
+        }
     }
     return Error{"unreadable", file, {}, "the file cannot be read"};
 }

@@ -19,7 +19,8 @@ enum class PhotometryFormat : std::uint8_t {
     text,  // for people, with curves drawn in Braille characters
 };
 
-// file: "-" is standard input. Errors: "unreadable"; of ies::read_photometry.
+// file: "-" is standard input. Errors: "unreadable"; of ies::read_photometry. Where the name's ending says another
+// format than the content, the diagnostics begin with the warning `other_ending`.
 Result<ies::Photometry> read_photometric_file(const std::string& file, const ies::Choice& choice = {});
 
 // Reads each file and prints it to out. A file that cannot be read or is refused gives an object with "error" (json) or

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
 #include <iostream>
 
@@ -73,8 +74,13 @@ int Session::changed(const Result<v1::ServerMessage>& answer) const {
         print(answer->result());
         return kExitOk;
     }
-    for (const std::string& warning : answer->result().warnings()) err << "warning: " << warning << "\n";
+    // Red where a person reads it: something is not as it was asked for.
+    const bool colours = &err == &std::cerr && ::isatty(STDERR_FILENO) == 1 && std::getenv("NO_COLOR") == nullptr;
+    for (const std::string& warning : answer->result().warnings())
+        err << (colours ? "\033[31m" : "") << "warning: " << warning << (colours ? "\033[0m" : "") << "\n";
     out << "scene_rev " << answer->result().scene_rev() << "\n";
+    if (answer->result().has_replaced())
+        out << "replaced " << answer->result().replaced() << " (gonio undo brings it back)\n";
     return kExitOk;
 }
 

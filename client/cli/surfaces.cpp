@@ -67,6 +67,8 @@ std::string surfaces_table(const v1::Surfaces& surfaces) {
             if (device.ignored() > 0) text += ", " + std::to_string(device.ignored()) + " messages not understood";
         }
         text += "\n";
+        for (const v1::IgnoredMessages& ignored : device.not_understood())
+            text += "  not understood: " + std::to_string(ignored.count()) + " x " + ignored.kind() + "\n";
         for (const v1::SurfaceControl& control : device.controls()) {
             std::string drives = rows_of(surfaces.rows(), device.device(), control.name(), seen);
             const std::string own = rows_of(surfaces.default_rows(), device.device(), control.name(), seen);

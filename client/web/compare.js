@@ -1,7 +1,7 @@
 // The tool "Compare": pictures are kept in a strip, two of them, or one and the live picture, are laid over each other.
 // Kept pictures live in the page alone, and end with it.
 
-import {h, setText} from "./dom.js";
+import {h, setText, onPageKey} from "./dom.js";
 import {pictureOf} from "./capture.js";
 import {pageRole} from "./control.js";
 import {scaleOf} from "./legend.js";
@@ -56,8 +56,8 @@ export class ComparePanel {
             this.#offerPresets();
             this.#showScale();
         });
-        document.addEventListener("keydown", (event) => {
-            if (event.key === "Escape" && this.#wipe.mode !== "off" && !event.target.closest("input, select, dialog")) this.#setMode("off");
+        onPageKey((event) => {
+            if (event.key === "Escape" && this.#wipe.mode !== "off" && !event.target.closest("input, select")) this.#setMode("off");
         });
     }
 

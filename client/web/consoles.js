@@ -25,7 +25,7 @@ export class ConsolesPanel extends PolledPanel {
             : "None is listened to");
         const hints = endpoints.filter((one) => one.last_error).map((one) => `${one.protocol}: ${one.last_error}`);
         for (const one of discovered) hints.push(`${one.name} at ${one.address} says it sends universes ${one.universes.join(", ")}`);
-        if (!endpoints.length) hints.push("Start goniod with --sacn, --artnet or --osc to listen to consoles.");
+        if (!endpoints.some((one) => one.protocol !== "box")) hints.push("Start goniod with --sacn, --artnet or --osc to listen to consoles.");
         else if (!sources.length) hints.push("Nothing arrives yet.");
         setText(this.#hint, hints.join(" · "));
         this.#hint.hidden = hints.length === 0;

@@ -1,7 +1,7 @@
 // The tool "Cues": GO, STOP and BACK with what is active and next, how far it is, and the list; cues are recorded, changed and
 // taken off in the form below them.
 
-import {h, setText, formatNumber} from "./dom.js";
+import {h, setText, formatNumber, onPageKey} from "./dom.js";
 import {pageRole} from "./control.js";
 
 const kTickMs = 100;       // how often the countdown moves on between what the server tells
@@ -49,7 +49,7 @@ export class CuePanel {
             "Delay down#", "Goes on", "Time code", ""].map((text) => h("th", {scope: "col", class: text.endsWith("#") ? "figure" : null}, text.replace("#", ""))))), this.#rows)),
         this.#makeForm(), this.#makeOptions());
         store.addEventListener("update", () => { if (this.#open) this.#update(); });
-        document.addEventListener("keydown", (event) => this.#key(event));
+        onPageKey((event) => this.#key(event));
     }
 
     toggle(open) {
@@ -63,7 +63,7 @@ export class CuePanel {
     // Where the tool is open and nothing else wants the key.
     #key(event) {
         if (!this.#open || event.code !== "Space" || event.repeat || event.ctrlKey || event.metaKey || event.altKey) return;
-        if (pageRole === "viewer" || event.target.closest(kInteractive) || document.querySelector("dialog[open]")) return;
+        if (pageRole === "viewer" || event.target.closest(kInteractive)) return;
         event.preventDefault();
         this.#send(event.shiftKey ? {cue_stop: {}} : {cue_go: {}});
     }

@@ -19,6 +19,13 @@ function fill(node, props, children) {
     return node;
 }
 
+// Keys of the page as a whole: while a dialog is open they are the dialog's alone.
+export function onPageKey(listener) {
+    document.addEventListener("keydown", (event) => {
+        if (!document.querySelector("dialog[open]")) listener(event);
+    });
+}
+
 // Writes only what differs, so that a running screen reader or a text selection is left alone.
 export function setText(node, text) {
     if (node.textContent !== text) node.textContent = text;

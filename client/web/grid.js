@@ -1,6 +1,6 @@
 // The tool "Grids": calculation grids and observers of the show, what they read, and the lux report.
 
-import {h, setText, formatNumber} from "./dom.js";
+import {h, setText, formatNumber, onPageKey} from "./dom.js";
 import {plainName, saveFile} from "./capture.js";
 import {bytesOf} from "./connection.js";
 import {pageRole} from "./control.js";
@@ -28,6 +28,13 @@ const fill = (inputs, values) => inputs.forEach((input, i) => { input.value = ro
 function checkText({name, required, reached, passed = false}) {
     const digits = name === "U0" ? 2 : name === "UGR" ? 1 : 0;
     return `${passed ? "✓ pass" : "✗ FAIL"} ${name} ${formatNumber(reached ?? 0, digits)}, required ${name === "UGR" ? "at most" : "at least"} ${formatNumber(required ?? 0, name === "U0" ? 2 : 0)}`;
+}
+
+// Result: how many points do not count, and why; a sentence each.
+function leftOutTexts(leftOut) {
+    return [["inside", "inside closed bodies"], ["outside", "outside of the room"]]
+        .map(([reason, where]) => [leftOut.filter((point) => point.reason === reason).length, where])
+        .filter(([points]) => points > 0).map(([points, where]) => `${points} points left out: they lie ${where}`);
 }
 
 export class GridPanel {
@@ -98,7 +105,7 @@ export class GridPanel {
         this.#buttons["lux-report-cancel"].hidden = true;
         connection.addEventListener("ready", () => this.#askTargets());
         store.addEventListener("update", () => this.update());
-        document.addEventListener("keydown", (event) => { if (event.key === "Escape" && (this.#drawing || this.#handles.onPlace === this.#place)) this.#endDrawing(); });
+        onPageKey((event) => { if (event.key === "Escape" && (this.#drawing || this.#handles.onPlace === this.#place)) this.#endDrawing(); });
         fit();
     }
 
@@ -256,10 +263,11 @@ export class GridPanel {
         const values = await this.#compute({grid: {name: this.#grid.name, plan: true, ...this.#settings()}}, "grid_values", this.#result, "Reading…");
         if (!values) return;
         this.#values = values;
-        const {grid, count, cell_m, mean_lx, min_lx, max_lx, uniformity_ratio = 0, diversity_ratio = 0, checks = [], quality, bounces, error_lx} = values;
+        const {grid, count, cell_m, mean_lx, min_lx, max_lx, uniformity_ratio = 0, diversity_ratio = 0, checks = [], left_out = [], warnings = [], quality, bounces, error_lx} = values;
         const fact = (name, text) => [h("dt", {}, name), h("dd", {}, text)];
         this.#result.append(
             h("p", {class: "grid-mean"}, `Mean ${formatNumber(mean_lx, 1)} lx · min ${formatNumber(min_lx, 1)} · max ${formatNumber(max_lx, 1)} · U0 ${formatNumber(uniformity_ratio, 2)} · Ud ${formatNumber(diversity_ratio, 2)}`),
+            ...leftOutTexts(left_out).map((text) => h("p", {class: "hint"}, text)), ...warnings.map((text) => h("p", {class: "check fail"}, text)),
             ...checks.map((check) => h("p", {class: check.passed ? "check" : "check fail"}, checkText(check))),
             h("dl", {class: "facts"}, ...fact("Points", `${count[0]} × ${count[1]}, cells ${formatNumber(cell_m[0], 3)} × ${formatNumber(cell_m[1], 3)} m`),
                 ...fact("Computed", `${quality}, bounces ${bounces}, ${error_lx === undefined ? "error not estimated" : `standard error ${formatNumber(error_lx, 2)} lx`}`),
@@ -272,9 +280,10 @@ export class GridPanel {
     }
 
     #csv() {
-        const {grid, count, points_m, values_lx} = this.#values;
-        const lines = values_lx.map((lx, k) => [k % count[0], Math.floor(k / count[0]), ...points_m.slice(3 * k, 3 * k + 3), lx].join(","));
-        saveFile(new Blob(["i,j,x_m,y_m,z_m,lx\n", lines.join("\n"), "\n"], {type: "text/csv"}), `${grid.name}.csv`);
+        const {grid, count, points_m, values_lx, left_out = []} = this.#values;
+        const reasons = new Map(left_out.map(({point = 0, reason}) => [point, reason]));
+        const lines = values_lx.map((lx, k) => [k % count[0], Math.floor(k / count[0]), ...points_m.slice(3 * k, 3 * k + 3), lx, reasons.get(k) ?? ""].join(","));
+        saveFile(new Blob(["i,j,x_m,y_m,z_m,lx,left_out\n", lines.join("\n"), "\n"], {type: "text/csv"}), `${grid.name}.csv`);
     }
 
     #asCamera() {

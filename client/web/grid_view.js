@@ -46,9 +46,14 @@ export class GridView {
         const {corner_m, u_m, v_m} = grid, across = add(corner_m, u_m);
         this.#node.append(svg("path", {d: pathOf([corner_m, across, add(across, v_m), add(corner_m, v_m)].map(px))}));
         if (!values || values.values_lx.length > kMostTexts) return;
+        const leftOut = new Set((values.left_out ?? []).map(({point = 0}) => point));
         values.values_lx.forEach((lx, i) => {
             const at = px(values.points_m.slice(3 * i, 3 * i + 3));
             if (!at) return;
+            if (leftOut.has(i)) {
+                this.#node.append(svg("text", {x: at[0].toFixed(1), y: at[1].toFixed(1), class: "left-out"}, "–"));
+                return;
+            }
             const mark = lx === values.min_lx ? "least" : lx === values.max_lx ? "greatest" : "";
             this.#node.append(svg("text", {x: at[0].toFixed(1), y: at[1].toFixed(1), class: mark}, valueText(lx)));
         });

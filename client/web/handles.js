@@ -1,7 +1,7 @@
 // What can be taken hold of in the picture: lights, the axes along which the selected ones move, the end of the aim line,
 // the ring about it, and the point that they aim at. Drawn as SVG over the picture.
 
-import {h, svg} from "./dom.js";
+import {h, svg, onPageKey} from "./dom.js";
 import {pageRole} from "./control.js";
 import {pathOf} from "./beam.js";
 import {Drag} from "./drag.js";
@@ -51,7 +51,7 @@ export class Handles {
         for (const element of pictures) this.#listen(element);
         screen.addEventListener("pointermove", (event) => { this.#pointer = event; });
         this.#aim.addEventListener("click", () => this.setAiming(!this.#aiming));
-        document.addEventListener("keydown", (event) => this.#key(event));
+        onPageKey((event) => this.#key(event));
     }
 
     get aimButton() { return this.#aim; }

@@ -2,7 +2,8 @@
 
 import {h, setText, formatLarge} from "./dom.js";
 import {property, component, mapped, nameForm, slider, scrub} from "./controls.js";
-import {lightLevel, groupLevel, percent} from "./lights.js";
+import {pageRole} from "./control.js";
+import {kMissing, lightLevel, groupLevel, percent} from "./lights.js";
 import {temperatureControl, gelControl} from "./white.js";
 import {openingControl} from "./opening.js";
 import {goboControl} from "./gobo.js";
@@ -56,6 +57,7 @@ function lightView(store, connection, {aimButton, duplicate, remove}) {
 
     const title = h("h2", {id: "light-name"});
     const summary = h("p", {class: "faint"});
+    const missing = h("p", {class: "warnings", id: "light-missing", hidden: true}, `${kMissing}. It comes back with its values when the fixture does.`);
     const rows = properties.filter((row) => row.field && row.component < 0);
     const controls = new Map(rows.map((row) => [row.name, lightControl(row, bound(row), lightLevel(store, name), light)]));
     for (const row of rows) if (row.help) controls.get(row.name).node.title = capital(row.help);
@@ -74,18 +76,22 @@ function lightView(store, connection, {aimButton, duplicate, remove}) {
         label: "New name of the light", verb: "Rename", sign: "Rename", before: name,
         submit: async (new_name) => new_name === name()
             || (await connection.command({rename_light: {name: name(), new_name}}))?.code === "ok"});
+    const recess = h("button", {type: "button", id: "recess-light", title: "To 1 mm before the surface that it is let into, or that its housing ends in: at most 0.5 m",
+        onclick: () => connection.command({recess_light: {name: name()}})}, "Recess");
     const tools = h("div", {class: "row wrap"});
-    const node = h("div", {id: "light-view"}, h("header", {}, title, summary, tools, rename.form),
+    const node = h("div", {id: "light-view"}, h("header", {}, title, summary, missing, tools, rename.form),
         ...sections, profile.node);
     return {node, update() {
         const shown = light();
         node.hidden = !shown || store.chosen.length > 1;
         if (node.hidden) return;
-        if (aimButton.parentNode !== tools) tools.append(aimButton, duplicate, rename.open, remove);    // shared with the view of several
+        if (aimButton.parentNode !== tools) tools.append(aimButton, duplicate, rename.open, recess, remove);    // shared with the view of several
         for (const ofWheel of ["gobo", "gobo-turn"]) controls.get(ofWheel).node.hidden = !shown.gobos?.length;
+        recess.hidden = Boolean(shown.sun) || pageRole === "viewer";
         setText(title, shown.name);
         const times = shown.multiplier !== undefined && shown.multiplier !== 1 ? ` · ×${shown.multiplier}` : "";
         setText(summary, shown.sun ? `sun · ${formatLarge(shown.sun_lx ?? 0)} lx facing it` : `${shown.profile} · ${formatLarge(shown.max_cd)} cd · ${formatLarge(shown.flux_lm)} lm${times}`);
+        missing.hidden = !shown.missing;
         parts.forEach((part) => part.update());
     }};
 }

@@ -26,6 +26,8 @@ export const percent = (prop) => mapped(prop, (ratio) => ratio * 100, (shown) =>
 const percentText = (value) => `${Math.round(value)} %`;
 const countOf = (lights) => (lights === 1 ? "1 light" : `${lights} lights`);
 
+export const kMissing = "Its fixture is not in the MVR show that was merged last: it stays dark";
+
 function row(store, kind, name, level, press = () => store.select(kind, name)) {
     const title = h("span", {class: "name"}, name);
     const detail = h("span", {class: "detail"});
@@ -40,7 +42,10 @@ function row(store, kind, name, level, press = () => store.select(kind, name)) {
         button.setAttribute("aria-pressed", String(on));
         fader.update();
         setText(figure, Number.isFinite(shown.value()) ? percentText(shown.value()) : "–");
-        setText(detail, kind === "light" ? store.light(name)?.profile ?? ""
+        const missing = kind === "light" && Boolean(store.light(name)?.missing);
+        node.classList.toggle("missing", missing);
+        button.title = missing ? kMissing : "";
+        setText(detail, missing ? "missing, dark" : kind === "light" ? store.light(name)?.profile ?? ""
             : countOf(store.group(name)?.lights?.length ?? 0));
     };
     return {node, update};

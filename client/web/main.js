@@ -65,20 +65,21 @@ drawer($("drawer"), [
     {id: "report", title: "Passes", make: (node) => new ReportPanel(store, connection, node)},
 ]);
 
+const shows = new Shows(store, connection, toasts, $("show"), $("screen"));
 const parts = [
     masterPanel(store, $("master")), lightPanel(store, $("lights"), connection, () => handles.several), groupPanel(store, $("groups"), connection),
     presetPanel(store, $("presets"), connection), picturePanel(store, $("picture"), cameraHand, connection), viewTabs(store, $("views")),
-    viewPanel(store, $("cameras"), cameraHand, connection), scenePanel(store, $("scene"), connection),
+    viewPanel(store, $("cameras"), cameraHand, connection), scenePanel(store, $("scene"), connection, (file, began) => shows.loadScene(file, began)),
     inspector(store, $("inspector"), connection, handles), controlPanel(store, $("control"), connection),
     beam, isolux, handles, tools, workLightBadge(store, connection, $("screen")),
     legend(store, $("screen")), scalePanel(store, $("scale"), connection), lookPanel(store, $("look"), connection), hazePanel(store, $("haze"), connection),
-    debugPanel(store, $("debug"), viewProperty(store)), new Shows(store, connection, toasts, $("show"), $("screen")),
+    debugPanel(store, $("debug"), viewProperty(store)), shows,
 ];
 themeSwitch($("page"));
 shortcutHelp($("page"));
 undoPanel(connection, $("history"));
 onlyLook([$("left"), $("inspector"), $("scene"), $("views")]);
-new Uploads(connection, toasts, $("scene"), $("screen"), (file) => connection.command({load_scene: {file}}));
+new Uploads(connection, toasts, $("scene"), $("screen"), (file) => shows.loadScene(file));
 followSelection(store, connection);
 const transport = statsStrip(store, video, connection, $("stats"), $("format"));
 

@@ -291,7 +291,7 @@ export class PatchPanel extends PolledPanel {
             faders.length ? `${faders.length} faders` : "", count ? `${count} to note` : "nothing to note"].filter(Boolean).join(" · "));
         const hints = [];
         if (this.#patch.rows.length > kMostShown) hints.push(`${this.#patch.rows.length - kMostShown} more rows are not shown.`);
-        if (!sources.endpoints?.length) hints.push("Start goniod with --sacn or --artnet to listen to consoles.");
+        if (!sources.endpoints?.some((one) => one.protocol !== "box")) hints.push("Start goniod with --sacn or --artnet to listen to consoles.");
         setText(this.#hint, hints.join(" "));
         this.#hint.hidden = !hints.length;
         this.#draw(faders, wrong);

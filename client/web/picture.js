@@ -1,6 +1,7 @@
 // What is shown and how: view tabs, exposure, gain, camera, and the scene itself.
 
-import {h, setText} from "./dom.js";
+import {h, setText, onPageKey} from "./dom.js";
+import {pageRole} from "./control.js";
 import {fitSizeButton} from "./fit_size.js";
 import {property, mapped, slider, select, tabs} from "./controls.js";
 import {debugViews} from "./debug.js";
@@ -22,7 +23,7 @@ export function viewProperty(store) {
 export function viewTabs(store, node) {
     const view = viewProperty(store);
     const control = tabs(view, node, kViews.map(([value, text, title], i) => [value, text, `${title} (key ${i + 1})`]));
-    document.addEventListener("keydown", (event) => {
+    onPageKey((event) => {
         if (event.ctrlKey || event.metaKey || event.altKey || event.code.startsWith("Numpad") || event.target.closest("input, select, textarea")) return;
         const at = Number(event.key) - 1;
         if (at in kViews && store.state) view.set(kViews[at][0]);
@@ -88,19 +89,27 @@ export function picturePanel(store, node, cameraHand, connection) {
     }};
 }
 
-export function scenePanel(store, node, connection) {
+// loadScene(file, began): asks first where something is not saved, then tells that it begins. Result: null where the user
+// stays.
+export function scenePanel(store, node, connection, loadScene) {
     const scene = h("select", {"aria-label": "Scene"});
     const path = h("input", {type: "text", placeholder: "/path/on/the/server/scene.glb", "aria-label": "Path of a .gltf, .glb or .mvr on the server", spellcheck: "false"});
     const load = h("button", {}, "Load");
     const form = h("form", {class: "inline", hidden: true}, path, load);
     const busy = h("span", {class: "faint busy", role: "status"});
-    const warnings = h("span", {class: "warn", tabindex: "0", hidden: true});
+    const list = h("ul");
+    const told = h("dialog", {id: "scene-warnings", "aria-labelledby": "scene-warnings-title"},
+        h("header", {class: "row"}, h("h2", {id: "scene-warnings-title"}, "What loading the scene said"), h("span", {class: "grow"}),
+            h("button", {type: "button", class: "quiet", "aria-label": "Close", onclick: () => told.close()}, "×")),
+        h("div", {class: "scroll warnings", tabindex: "0"}, list));
+    told.addEventListener("click", (event) => { if (event.target === told) told.close(); });    // beside it
+    document.body.append(told);
+    const warnings = h("button", {type: "button", class: "quiet warn", id: "scene-warned", hidden: true, "aria-haspopup": "dialog", onclick: () => told.showModal()});
     const failed = h("span", {class: "warn bad", id: "picture-error", role: "alert", tabindex: "0", hidden: true}, "The picture cannot be made; the last one stays");
     let loading = false;
     const start = async (file) => {
         loading = true;
-        setText(busy, "Loading…");
-        const result = await connection.command({load_scene: {file}});
+        const result = await loadScene(file, () => setText(busy, "Loading…"));
         loading = false;
         setText(busy, "");
         if (result?.code === "ok") form.hidden = true;
@@ -121,22 +130,33 @@ export function scenePanel(store, node, connection) {
         update();
         scene.focus();
     });
+    // With the button that mends it, where there is such a command; the row goes when the server says that it is mended.
+    const warningRow = (text) => {
+        const light = pageRole === "viewer" ? undefined : store.hiddenLight(text);
+        return h("li", {}, text, light ? " " : null, light ? h("button", {type: "button", class: "quiet recess", "aria-label": `Recess ${light.name}`,
+            title: "To 1 mm before the surface that hides it", onclick: () => connection.command({recess_light: {name: light.name}})}, "Recess") : null);
+    };
     let shown = "";
     function update() {
         const name = store.state?.scene ?? "";
-        const list = [["cornell", "Cornell box"], ["atrium", "Atrium"]];
-        if (name && !list.some(([known]) => known === name)) list.push([name, name.split("/").at(-1)]);
-        list.push(["", "File on the server…"]);
-        if (JSON.stringify(list) !== shown) {
-            shown = JSON.stringify(list);
-            scene.replaceChildren(...list.map(([value, text]) => h("option", {value, title: value}, text)));
+        const scenes = [["cornell", "Cornell box"], ["atrium", "Atrium"]];
+        if (name && !scenes.some(([known]) => known === name)) scenes.push([name, name.split("/").at(-1)]);
+        scenes.push(["", "File on the server…"]);
+        if (JSON.stringify(scenes) !== shown) {
+            shown = JSON.stringify(scenes);
+            scene.replaceChildren(...scenes.map(([value, text]) => h("option", {value, title: value}, text)));
         }
         if (!loading && form.hidden && scene.value !== name) scene.value = name;
         scene.title = name;
-        const told = store.state?.scene_warnings ?? [];
-        warnings.hidden = told.length === 0;
-        setText(warnings, `${told.length} ${told.length === 1 ? "warning" : "warnings"}`);
-        warnings.title = told.join("\n");
+        const texts = store.loadWarnings;
+        warnings.hidden = texts.length === 0;
+        if (texts.length === 0 && told.open) told.close();
+        setText(warnings, `${texts.length} ${texts.length === 1 ? "warning" : "warnings"}`);
+        warnings.title = texts.join("\n");
+        if (JSON.stringify(texts) !== told.dataset.texts) {    // a text that is being read stays
+            told.dataset.texts = JSON.stringify(texts);
+            list.replaceChildren(...texts.map(warningRow));
+        }
         failed.hidden = !store.state?.picture_error;
         failed.title = store.state?.picture_error ?? "";
     }

@@ -42,7 +42,7 @@ export class ProfilePanel {
             (name) => ({set_light: {name: this.#name, profile: {name}}}));
         const choose = {...profile, set: (name) => { this.#clear(); profile.set(name); }};
         this.#select = select(choose, {label: "Profile", options: () => store.state.profiles.map((name) => [name, name])});
-        this.#input = h("input", {type: "file", id: "profile-file", accept: ".ies,.IES,.ldt,.LDT,.xml,.iesxml,.gldf,text/plain", hidden: true,
+        this.#input = h("input", {type: "file", id: "profile-file", accept: ".ies,.IES,.ldt,.LDT,.xml,.iesxml,.gldf,.zip,text/plain", hidden: true,
             "aria-label": "Photometric file", onchange: () => this.#take(this.#input.files[0])});
         this.#button = h("button", {type: "button", onclick: () => this.#input.click()}, "Upload…");
         this.#error = h("div", {class: "problem", role: "alert", id: "profile-error", hidden: true});

@@ -1,6 +1,6 @@
 // Keys and pointers that do something in the page: one table, shown under "?".
 
-import {h} from "./dom.js";
+import {h, onPageKey} from "./dom.js";
 
 // A tool that listens to a key adds a row here.
 export const shortcuts = [
@@ -43,8 +43,8 @@ export function shortcutHelp(node) {
     dialog.addEventListener("click", (event) => { if (event.target === dialog) dialog.close(); });    // beside it
     document.body.append(dialog);
     node.append(h("button", {type: "button", class: "quiet", id: "help", title: "Keys and pointer (?)", "aria-label": "Keys and pointer", onclick: () => dialog.showModal()}, "?"));
-    document.addEventListener("keydown", (event) => {
-        if (event.key !== "?" || event.ctrlKey || event.metaKey || event.target.closest("input:not([type=range]), select, textarea") || dialog.open) return;
+    onPageKey((event) => {
+        if (event.key !== "?" || event.ctrlKey || event.metaKey || event.target.closest("input:not([type=range]), select, textarea")) return;
         event.preventDefault();
         dialog.showModal();
     });

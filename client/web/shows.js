@@ -4,8 +4,10 @@ import {pageRole} from "./control.js";
 import {h, setText} from "./dom.js";
 import {plainName, saveFile} from "./capture.js";
 import {bytesOf} from "./connection.js";
+import {askUnsaved} from "./unsaved.js";
 import {uploadName} from "./uploads.js";
 
+const kNotHeld = "The show will not hold its scene: the scene's files have more than 128 MiB, or could not be read again. It opens only where they are.";
 const kSizes = ["B", "kB", "MB"];
 
 function sizeText(bytes) {
@@ -24,6 +26,8 @@ export class Shows {
     #store; #connection; #toasts;
     #name = h("span");
     #state = h("span", {class: "warn", id: "show-state", role: "status"});
+    #loose = h("button", {type: "button", class: "quiet warn bad", id: "show-loose", hidden: true, onclick: () => this.#list(true)}, "Scene not in the show");
+    #held = h("p", {class: "warn bad", id: "show-not-held", role: "alert", hidden: true});
     #lost = h("span", {class: "warn", id: "show-lost", role: "alert"});
     #forget = h("button", {type: "button", class: "quiet", "aria-label": "Dismiss what the restart lost", hidden: true, onclick: () => this.#tellLost("")}, "×");
     #field = h("input", {type: "text", maxlength: 100, "aria-label": "Name to save the show under", placeholder: "Name of the show"});
@@ -54,7 +58,7 @@ export class Shows {
         this.#dialog = h("dialog", {id: "show-dialog", "aria-label": "Shows"},
             h("header", {class: "row"}, h("h2", {}, "Shows"), h("span", {class: "grow"}),
                 h("button", {type: "button", class: "quiet", "aria-label": "Close", onclick: () => this.#dialog.close()}, "×")),
-            ...mine, this.#problem, this.#hint,
+            this.#held, ...mine, this.#problem, this.#hint,
             h("div", {class: "scroll", tabindex: "0"}, h("table", {}, h("thead", {}, h("tr", {},
                 ...["Show", "Size", "Saved", ""].map((text) => h("th", {scope: "col"}, text)))), this.#rows)),
             h("div", {class: "row"}, ...open,
@@ -63,11 +67,12 @@ export class Shows {
                 h("button", {type: "button", class: "quiet", id: "scene-download-mvr", title: "Surfaces, fixtures and patch as MVR, for consoles and other programs", onclick: () => this.#downloadScene("mvr")}, "Scene as .mvr")));
         document.body.append(this.#dialog);
         node.append(h("button", {type: "button", class: "quiet", id: "show-open", title: "Save, open and download shows", onclick: () => this.#list(true)}, "Show ", this.#name),
-            this.#state, this.#lost, this.#forget);
+            this.#state, this.#loose, this.#lost, this.#forget);
         connection.addEventListener("ready", ({detail}) => this.#compare(detail.state));
         document.addEventListener("keydown", (event) => {
             if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "s" || pageRole === "viewer") return;
-            event.preventDefault();
+            event.preventDefault();    // also under a dialog: the browser's own would save the page
+            if (document.querySelector("dialog[open]")) return;
             this.#store.state?.show?.name ? this.#save("") : this.#list(true);
         });
         drop.addEventListener("drop", (event) => {
@@ -86,6 +91,9 @@ export class Shows {
         setText(this.#state, show.unsaved ? "Not saved" : "");
         const save = this.#dialog.querySelector("#show-save");
         if (save) save.disabled = !show.can_save || !show.name;
+        this.#held.hidden = this.#loose.hidden = !show.not_held;
+        setText(this.#held, show.not_held ? kNotHeld : "");
+        this.#loose.title = this.#held.textContent;
         this.#state.title = show.unsaved ? "The show has changed since it was saved or opened" : "";
     }
 
@@ -133,23 +141,43 @@ export class Shows {
                 h("button", {type: "button", class: "quiet", "aria-label": `Download ${name}`, onclick: () => this.#download(name)}, "Download")))));
     }
 
-    // name: "" is that of the show.
+    // Result: null: the user wants this scene to stay; else what of it stays when another one takes its place, as
+    // load_scene has it. Asks where something is not saved and, if the next one is a scene, of a show with a name.
+    async replace(byScene, file = "") {
+        const {show, lights = [], scene = ""} = this.#store.state ?? {};
+        const keepable = byScene && lights.length > 0, isMvr = (name) => name.toLowerCase().endsWith(".mvr");
+        if (!show?.unsaved && !(keepable && show?.name)) return {};
+        return askUnsaved(show, (name) => name === null ? this.#download("") : this.#save(name), keepable, byScene && isMvr(file) && isMvr(scene));
+    }
+
+    // began: told when the question is answered and the scene is loaded.
+    async loadScene(file, began = () => {}) {
+        const stays = await this.replace(true, file);
+        if (!stays) return null;
+        began();
+        const result = await this.#connection.command({load_scene: {file, ...stays}});
+        if (result?.code === "ok") this.#store.noteLoad(result);
+        return result;
+    }
+
+    // name: "" is that of the show. Result: whether it is saved.
     async #save(name, replace = false) {
         const answer = await this.#connection.request({save_show: {name, replace}}).catch(() => ({}));
         const result = answer.result ?? {code: "disconnected", message: "There is no connection."};
         if (result.code === "already_exists" && confirm(`There is another show ${name}. Write over it?`)) return this.#save(name, true);
         this.#refuse(result.code === "ok" ? null : result);
-        if (result.code === "ok") this.#toasts.show({code: "saved", message: `The show is saved as ${this.#store.state.show?.name || name}.`});
+        if (result.code === "ok") this.#toasts.show({code: "saved", message: [`The show is saved as ${this.#store.state.show?.name || name}`, ...result.warnings ?? []].join(". ")});
         if (result.code === "ok" && this.#dialog.open) this.#list();
+        return result.code === "ok";
     }
 
     async #openShow(name) {
-        if (this.#store.state.show?.unsaved && !confirm("What is not saved will be lost: opening a show cannot be undone. Open it?")) return;
+        if (!await this.replace(false)) return;
         const result = await this.#connection.command({open_show: {name}}, {quiet: true}) ?? {code: "disconnected", message: "The connection ended before the server answered."};
         this.#refuse(result.code === "ok" ? null : result);
         if (result.code !== "ok") return;
         this.#dialog.close();
-        if (result.warnings?.length) this.#toasts.show({code: "open_show", message: result.warnings.join("; ")});
+        this.#store.noteLoad(result);
     }
 
     async openFile(file) {
@@ -169,6 +197,9 @@ export class Shows {
 
     async #download(name) {
         const shows = await this.#ask({shows: {text_of: name}}, "shows");
-        if (shows) saveFile(new Blob([bytesOf(shows.text)], {type: "application/json"}), `${name || this.#store.state.show?.name || "show"}.json`);
+        if (!shows) return false;
+        if (shows.not_held) this.#refuse({code: "download", message: `The file has no scene: ${shows.not_held}`});
+        saveFile(new Blob([bytesOf(shows.text)], {type: "application/json"}), `${name || this.#store.state.show?.name || "show"}.json`);
+        return true;
     }
 }

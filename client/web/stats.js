@@ -110,8 +110,9 @@ export function statsStrip(store, video, connection, node, format) {
         }
         const name = {h264: "H.264", mjpeg: "MJPEG", still: "Stills"}[video.mode];
         const {encoder, lane} = video.mode === "h264" ? video.stream : {};
-        setText(format, [video.size.join(" × "), transport.text].filter(Boolean).join(" · "));
-        format.title = [name, encoder, lane && `${lane} lane`].filter(Boolean).join(" · ");
+        const lacks = video.lacks && !window.isSecureContext ? "JPEGs: H.264 needs https or localhost" : "";
+        setText(format, [video.size.join(" × "), transport.text, lacks].filter(Boolean).join(" · "));
+        format.title = [name, encoder, lane && `${lane} lane`, video.lacks].filter(Boolean).join(" · ");
     }, kRefreshMs);
     return transport;
 }

@@ -15,6 +15,7 @@ export class Store extends EventTarget {
     #notifyPlanned = false;
     #chosen = new Set();       // names of the lights that are selected
     #byName = new Map();       // the lights of `state`
+    #said = {scene_rev: 0, warnings: []};    // what the answer to the last load said
     #gesture = 0;              // of the last hand that took hold: what it sends is undone as one
 
     constructor(connection) {
@@ -144,6 +145,25 @@ export class Store extends EventTarget {
         this.#notify();
     }
 
+    // The warnings of the last load, kept until another scene comes.
+    noteLoad({scene_rev, warnings = []}) {
+        this.#said = {scene_rev, warnings};
+        this.#notify();
+    }
+
+    // The warnings of the scene that is shown: of its file, of lights that shine into nothing now, and of what was kept or
+    // could not be brought back. The state alone says which lights shine into nothing: they may be mended since.
+    get loadWarnings() {
+        const own = this.state?.scene_warnings ?? [];
+        return [...own, ...this.#said.warnings.filter((text) => !own.includes(text) && !/shines? into nothing/.test(text))];
+    }
+
+    // Result: the light that a warning says shines into nothing, where recess_light may mend it.
+    hiddenLight(warning) {
+        const name = /^the light '(.*)' shines into nothing: /s.exec(warning)?.[1];
+        return name === undefined ? undefined : this.light(name);
+    }
+
     // Lists print as [] where they are unchanged: only full ones replace what is known.
     #change({scene_rev, state: changed, removed_lights = [], removed_groups = [], light_order = [], renamed_lights = []}) {
         if (!this.state) return;
@@ -165,7 +185,11 @@ export class Store extends EventTarget {
         this.#chosen = new Set([...this.#chosen].map((name) => nameNow.get(name) ?? name));
         if (this.selected?.kind === "light" && nameNow.has(this.selected.name)) this.selected = {kind: "light", name: nameNow.get(this.selected.name)};
         state.groups = merge(state.groups, removed_groups, changed?.groups);
-        if (changed?.scene !== undefined) state.scene_warnings = changed.scene_warnings ?? [];
+        if (changed?.scene !== undefined) {
+            state.scene_warnings = changed.scene_warnings ?? [];
+            // A change of the warnings alone brings the scene's name, but no scale.
+            if (typeof changed.scene_scale === "number" && scene_rev > this.#said.scene_rev) this.#said = {scene_rev: 0, warnings: []};    // of another scene
+        }
         for (const [name, value] of Object.entries(changed ?? {})) {
             if (["scene_rev", "lights", "groups", "scene_warnings"].includes(name)) continue;
             if (value === null || (Array.isArray(value) && value.length === 0)) continue;

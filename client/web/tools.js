@@ -1,7 +1,7 @@
 // The tools over the picture, as buttons and as the keys that people know: several, move (W, G), turn (E, R), add (N),
 // beam (B), frame (F); Ctrl+D duplicates, Delete removes.
 
-import {h, setText} from "./dom.js";
+import {h, setText, onPageKey} from "./dom.js";
 import {pageRole} from "./control.js";
 import {framing} from "./camera.js";
 import {duplicate, freeName, removeChosen} from "./many.js";
@@ -49,7 +49,7 @@ export class Tools {
         });
         if (pageRole === "viewer") for (const name of ["several", "move", "turn", "add"]) this.#buttons[name].hidden = true;
         screen.querySelector("#veil").before(bar, this.#hint);
-        document.addEventListener("keydown", (event) => this.#key(event));
+        onPageKey((event) => this.#key(event));
     }
 
     update() {

@@ -1,6 +1,6 @@
 // Undo and redo of what this page did: two buttons that say what they would do, and the keys that people know.
 
-import {h} from "./dom.js";
+import {h, onPageKey} from "./dom.js";
 import {pageRole} from "./control.js";
 
 const kTyping = "textarea, select, input:not([type=range], [type=checkbox], [type=color])";    // these have an undo of their own
@@ -24,7 +24,7 @@ export function undoPanel(connection, node) {
     });
     if (pageRole === "viewer") return;
     node.append(undo, redo);
-    document.addEventListener("keydown", (event) => {
+    onPageKey((event) => {
         if (!(event.ctrlKey || event.metaKey) || event.altKey || event.target.closest(kTyping)) return;
         const key = event.key.toLowerCase();
         if (key !== "z" && (key !== "y" || event.shiftKey)) return;

@@ -31,6 +31,9 @@ export class Video extends EventTarget {
     framesDecoded = 0;
     gaps = 0;
     shownRev = 0;
+    // Why it is not H.264 from the start; empty where the browser could.
+    lacks = "VideoDecoder" in window ? "" : window.isSecureContext ? "This browser has no WebCodecs: pictures are JPEGs."
+        : "Browsers decode H.264 only from https or localhost: pictures are JPEGs. Open the page as https (goniod --tls-cert), or by a tunnel as localhost.";
 
     #connection; #canvas; #image; #context;
     #decoder = null;

@@ -1,6 +1,6 @@
 // Where the camera stands: views from the sides and of all of the scene, saved views, and the numbers of its place.
 
-import {h} from "./dom.js";
+import {h, onPageKey} from "./dom.js";
 import {component, nameForm, scrub} from "./controls.js";
 import {pageRole} from "./control.js";
 import {add, cross, dot, length, scale, sub, unit} from "./projection.js";
@@ -67,12 +67,12 @@ export function viewPanel(store, node, hand, connection) {
         verb: "Save", submit: async (name) => (await connection.command({save_view: {name}}))?.code === "ok"});
     const parts = [vector("Eye", "eye"), vector("Looks at", "target"), savedList(store, connection)];
     node.append(h("h2", {}, "Views", h("span", {class: "grow"}), open), form, sides, ...parts.map((part) => part.node));
-    document.addEventListener("keydown", (event) => {
+    onPageKey((event) => {
         if (event.metaKey || event.altKey || event.shiftKey || pageRole === "viewer" || event.target.closest("input, select, textarea")) return;
         const pair = kNumpad[event.code];
         if (pair) go(pair[event.ctrlKey ? 1 : 0]);
         // Lists and sliders have taken a Home of their own.
-        else if (event.key === "Home" && !event.defaultPrevented && !event.target.closest("dialog")) go("fit");
+        else if (event.key === "Home" && !event.defaultPrevented) go("fit");
         else return;
         event.preventDefault();
     });

@@ -1,4 +1,4 @@
-// The work light: a scene without any light is shaded towards the camera instead of black. Over the picture stands that it
+// The work light: a scene without luminaires is shaded towards the camera instead of black. Over the picture stands that it
 // is not part of the design; a button switches it off and on.
 
 import {h, setText} from "./dom.js";
@@ -9,7 +9,7 @@ const switchOn = (connection, on) => connection.command({set_view: {work_light: 
 // Over the picture, while it shows.
 export function workLightBadge(store, connection, screen) {
     const off = h("button", {type: "button", class: "quiet", onclick: () => switchOn(connection, false)}, "Switch off");
-    const node = h("p", {id: "work-light", role: "status", hidden: true}, h("span", {}, "Work light: not part of the design, in no lux and no capture"),
+    const node = h("p", {id: "work-light", role: "status", hidden: true}, h("span", {}, "Work light: not part of the design, and in no lux"),
         pageRole === "viewer" ? null : off);
     screen.append(node);
     return {update() { node.hidden = !store.state.work_light_on; }};

@@ -16,10 +16,6 @@ constexpr std::uint8_t kPortOutputsDmx = 0x80;  // PortTypes: DMX512, data from 
 constexpr std::uint8_t kGoodOutputIsTransmitted = 0x80;
 constexpr std::uint8_t kStatus2Art4 = 0x08;  // 15-bit port-addresses
 
-Error bad(std::size_t at, std::uint32_t value, std::string message) {
-    return {"bad_packet", "byte " + std::to_string(at), std::to_string(value), std::move(message)};
-}
-
 void put_text(ArtPollReply& reply, std::size_t at, std::size_t field, const std::string& text) {
     std::copy_n(text.begin(), std::min(text.size(), field - 1), reply.begin() + static_cast<std::ptrdiff_t>(at));
 }
@@ -56,36 +52,39 @@ ArtPollReply reply_page(const ArtNode& node, std::span<const std::uint16_t> port
 
 // Frames, seconds, minutes, hours, and the type: film, EBU, drop frame, SMPTE.
 Result<ArtPacket> time_code(Bytes packet) {
-    if (packet.size() < kTimeCodeBytes) return bad(packet.size(), kOpTimeCode, "an ArtTimeCode packet ends too early");
-    if (packet[18] > 3) return bad(18, packet[18], "there is no such type of time code");
+    if (packet.size() < kTimeCodeBytes)
+        return bad_packet(packet.size(), kOpTimeCode, "an ArtTimeCode packet ends too early");
+    if (packet[18] > 3) return bad_packet(18, packet[18], "there is no such type of time code");
     const ArtTimeCode time{{{packet[17], packet[16], packet[15], packet[14]}, static_cast<TimecodeRate>(packet[18])}};
-    if (!is_timecode(time.timecode)) return bad(14, packet[14], "the time code is none of its type");
+    if (!is_timecode(time.timecode)) return bad_packet(14, packet[14], "the time code is none of its type");
     return ArtPacket(time);
 }
 
 }  // namespace
 
 Result<ArtPacket> decode_artnet(Bytes packet) {
-    if (packet.size() < 10) return bad(packet.size(), 0, "the packet is too short for Art-Net");
+    if (packet.size() < 10) return bad_packet(packet.size(), 0, "the packet is too short for Art-Net");
     if (std::memcmp(packet.data(), kId, sizeof kId) != 0)
-        return bad(0, packet[0], "the packet does not begin with Art-Net");
+        return bad_packet(0, packet[0], "the packet does not begin with Art-Net");
     const std::uint16_t opcode = le16(packet, 8);
     if (opcode != kOpDmx && opcode != kOpSync && opcode != kOpPoll && opcode != kOpTimeCode)
         return ArtPacket(ArtOther{opcode});
-    if (packet.size() < 14) return bad(packet.size(), opcode, "the Art-Net packet ends too early");
-    if (be16(packet, 10) < kProtocolVersion) return bad(10, be16(packet, 10), "the Art-Net version is under 14");
+    if (packet.size() < 14) return bad_packet(packet.size(), opcode, "the Art-Net packet ends too early");
+    if (be16(packet, 10) < kProtocolVersion) return bad_packet(10, be16(packet, 10), "the Art-Net version is under 14");
     if (opcode == kOpSync) return ArtPacket(ArtSync{});
     if (opcode == kOpPoll) return ArtPacket(ArtPoll{packet[12]});
     if (opcode == kOpTimeCode) return time_code(packet);
-    if (packet.size() < kDmxHeader) return bad(packet.size(), 0, "an ArtDmx packet ends too early");
+    if (packet.size() < kDmxHeader) return bad_packet(packet.size(), 0, "an ArtDmx packet ends too early");
     ArtDmx dmx;
     dmx.sequence = packet[12];
     dmx.physical = packet[13];
     dmx.universe = le16(packet, 14);
-    if (dmx.universe > kArtnetMaxUniverse) return bad(14, dmx.universe, "the port-address has more than 15 bits");
+    if (dmx.universe > kArtnetMaxUniverse)
+        return bad_packet(14, dmx.universe, "the port-address has more than 15 bits");
     dmx.slots = be16(packet, 16);
-    if (dmx.slots > kDmxSlots) return bad(16, dmx.slots, "the length is over 512");
-    if (kDmxHeader + dmx.slots > packet.size()) return bad(16, dmx.slots, "the packet ends before its last slot");
+    if (dmx.slots > kDmxSlots) return bad_packet(16, dmx.slots, "the length is over 512");
+    if (kDmxHeader + dmx.slots > packet.size())
+        return bad_packet(16, dmx.slots, "the packet ends before its last slot");
     std::copy_n(packet.begin() + kDmxHeader, dmx.slots, dmx.values.begin());
     return ArtPacket(dmx);
 }

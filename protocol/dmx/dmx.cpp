@@ -1,6 +1,10 @@
 #include "protocol/dmx/dmx.h"
 
 namespace gonio {
+
+Error bad_packet(std::size_t byte, std::uint32_t value, std::string message) {
+    return {"bad_packet", "byte " + std::to_string(byte), std::to_string(value), std::move(message)};
+}
 namespace {
 
 constexpr int kLateWindow = 20;  // E1.31 6.7.2

@@ -4,7 +4,10 @@
 #include <array>
 #include <compare>
 #include <cstdint>
+#include <string>
 #include <vector>
+
+#include "ies/core/result.h"
 
 namespace gonio {
 
@@ -15,6 +18,9 @@ enum class DmxProtocol : std::uint8_t { sacn, artnet };
 
 // Result: "sacn" or "artnet".
 const char* dmx_protocol_name(DmxProtocol protocol);
+
+// Result: "bad_packet", of that byte of a packet and what it says.
+Error bad_packet(std::size_t byte, std::uint32_t value, std::string message);
 
 // A universe as its protocol counts: sACN 1..63999, Art-Net port-address 0..32767.
 struct DmxKey {

@@ -13,7 +13,9 @@
 namespace gonio {
 namespace {
 
-constexpr std::size_t kMaxTextBytes = 128;  // of a name among the arguments
+constexpr std::size_t kMaxTextBytes = 128;       // of a name among the arguments
+constexpr std::size_t kShownArguments = 8;       // in a refusal
+constexpr std::size_t kShownArgumentBytes = 32;  // likewise, of a string
 
 // Views into the address.
 std::vector<std::string_view> parts_of(std::string_view address) {
@@ -26,8 +28,31 @@ std::vector<std::string_view> parts_of(std::string_view address) {
     return parts;
 }
 
-Error wrong_argument(const OscMessage& message, std::string value, std::string wanted) {
-    return {"invalid_argument", message.address, std::move(value), std::move(wanted)};
+// Result: "Fader", 1, 50
+std::string arguments_text(const OscMessage& message) {
+    std::string text;
+    for (std::size_t i = 0; i < message.arguments.size(); ++i) {
+        if (i > 0) text += ", ";
+        if (i == kShownArguments) return text + "…";
+        const OscArgument& argument = message.arguments[i];
+        if (const auto* words = std::get_if<std::string>(&argument))
+            text += '"' + shown_text(*words, kShownArgumentBytes) + '"';
+        else if (const auto* flag = std::get_if<bool>(&argument))
+            text += *flag ? "true" : "false";
+        else if (const auto number = osc_number(argument))
+            text += print_number(*number);
+        else if (const auto* blob = std::get_if<OscBlob>(&argument))
+            text += "a blob of " + std::to_string(blob->size()) + " bytes";
+        else
+            text += std::holds_alternative<OscNil>(argument) ? "nil" : "impulse";
+    }
+    return text;
+}
+
+// The sender hears the message alone, so it names all that came: grandMA3 puts a name and a number before its value.
+Error wrong_argument(const OscMessage& message, std::string value, const std::string& wanted) {
+    const std::string came = message.arguments.empty() ? "" : "; it came with (" + arguments_text(message) + ")";
+    return {"invalid_argument", message.address, std::move(value), wanted + came};
 }
 
 // Result: whether a button that sends this was pressed: 0 is its release, no argument a press.

@@ -30,6 +30,7 @@ class InputEndpoint;
 class Library;
 class LibraryQuery;
 class LibraryRow;
+class LoadScene;
 class LuxReportQuery;
 class MapControl;
 class MeterQuery;

@@ -13,8 +13,10 @@ namespace gonio {
 inline constexpr std::string_view kUploadPrefix = "upload:";  // of load_scene.file, open_show.name
 inline constexpr std::size_t kMaxUploadName = 64;
 
-// LM-63, EULUMDAT, TM-33 (twice) and GLDF. Readers decide by content; the endings are for lists of files.
-inline constexpr std::array<std::string_view, 5> kPhotometryEndings = {".ies", ".ldt", ".xml", ".iesxml", ".gldf"};
+// LM-63, EULUMDAT, TM-33 (twice), GLDF, and an archive with one of them. Readers decide by content; the endings are for
+// lists of files.
+inline constexpr std::array<std::string_view, 6> kPhotometryEndings = {".ies",    ".ldt",  ".xml",
+                                                                       ".iesxml", ".gldf", ".zip"};
 
 // Result: what follows the last dot, with it, in lower case; "" without a dot.
 inline std::string ending_of(std::string_view name) {

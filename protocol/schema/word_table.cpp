@@ -285,7 +285,10 @@ void take_option(ReadWords& read, const Grammar& grammar, Words words, std::size
     if (!row) {
         std::vector<std::string_view> known;
         for (const WordRow* option : options_here(read, grammar)) known.push_back(option->name);
-        return fail(read, usage(name, "", "There is no such option here." + did_you_mean(name, known)));
+        std::string why = "There is no such option here." + did_you_mean(name, known);
+        // "-5 dB" may well be a light.
+        if (!word.starts_with("--")) why += " A name that begins with a dash comes last, after two: -- '" + word + "'.";
+        return fail(read, usage(name, "", std::move(why)));
     }
     std::string value = joined ? word.substr(equals + 1) : "";
     if (row->form == WordForm::flag) {

@@ -106,6 +106,9 @@ constexpr WordRow kSceneOptions[] = {
     {"--scale", "S", number, "scale", "metres a unit of FILE, 1e-6 to 1e6; default 1. Candela stay"},
     {"--universe-offset", "N", whole, "universe_offset",
      "added to the universes of an MVR file, -63998 to 63998; default 0"},
+    {"--keep", "A,B,…", names, "keep", "of the scene before: lights, cues, views, grids"},
+    {"--merge", "", flag, "merge", "FILE is the next edition of the scene's MVR show: the show stays"},
+    {"--dry-run", "", flag, "dry_run", "with --merge: says what would change, and changes nothing"},
 };
 constexpr WordRow kTechnique[] = {{"NAME", "", text, "technique", "default, seed or seed-disk"}};
 constexpr WordRow kTechniqueOptions[] = {
@@ -143,6 +146,7 @@ constexpr WordRow kLookOptions[] = {
 };
 constexpr WordRow kWorkLight[] = {{"ON", "", on_or_off, "work_light", "on or off"}};
 constexpr WordRow kLightName[] = {{"NAME", "", text, "name", "of a light"}};
+constexpr WordRow kRecess[] = {{"NAME", "", text, "name", "of a light or a group"}};
 constexpr WordRow kRename[] = {
     {"NAME", "", text, "name", "of a light"},
     {"NEW", "", text, "new_name", "that no light and no group has, 1 to 128 bytes"},
@@ -284,7 +288,7 @@ std::span<const WordCommand> scene_commands() {
         {"set view", "command.set_view", "chooses what the picture shows", kView, kViewOptions},
         {"set work-light",
          "command.set_view",
-         "whether a picture without any light is shaded towards the camera; meters and captures never are",
+         "whether a picture without any light is shaded towards the camera; meters never are",
          kWorkLight,
          {}},
         {"set size", "command.set_size", "sets the size of the picture", kSize, {}},
@@ -294,6 +298,11 @@ std::span<const WordCommand> scene_commands() {
          new_light_options()},
         {"remove lights", "command.edit_lights", "removes many lights at once", kRemoveLights, {}},
         {"remove light", "command.remove_light", "removes a light", kLightName, {}},
+        {"recess light",
+         "command.recess_light",
+         "moves a light along its light to 1 mm before the surface that it is let into, at most 0.5 m",
+         kRecess,
+         {}},
         {"rename light", "command.rename_light", "gives a light another name; what names it follows", kRename, {}},
         {"group", "command.set_group", "makes, changes or removes a group of lights", kGroup, {}},
         {"preset save",

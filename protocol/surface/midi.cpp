@@ -21,10 +21,16 @@ struct KindRow {
     std::string_view name;
     std::uint8_t status;      // upper four bits
     bool has_number = false;  // of a controller or note
+    bool has_channel = true;
 };
 // In the order of MidiKind.
-constexpr KindRow kKinds[] = {{"cc", 0xB, true}, {"note", 0x9, true}, {"bend", 0xE},
-                              {"pressure", 0xD}, {"poly", 0xA, true}, {"program", 0xC}};
+constexpr KindRow kKinds[] = {{"cc", 0xB, true},
+                              {"note", 0x9, true},
+                              {"bend", 0xE},
+                              {"pressure", 0xD},
+                              {"poly", 0xA, true},
+                              {"program", 0xC},
+                              {"volume", kVolume >> 4, false, false}};
 constexpr std::size_t kMaxKeys = 128;
 
 const KindRow& row_of(MidiKind kind) {
@@ -39,6 +45,11 @@ Error bad_key(std::string_view text) {
 struct Span {
     unsigned first, last;
 };
+
+// Data bytes of F1, F2 and F3; SysEx has its end, others have none.
+unsigned common_bytes(std::uint8_t status) {
+    return status == 0xF2 ? 2 : status == 0xF1 || status == 0xF3 ? 1 : 0;
+}
 
 // Result: "7" or "0-7"; "*" is 0..0 where that is allowed.
 std::optional<Span> parse_span(std::string_view text, unsigned least, unsigned most) {
@@ -83,7 +94,7 @@ bool add_keys(std::string_view text, std::vector<MidiKey>& keys) {
     const std::string_view channel_text = text.substr(0, slash);
     const auto channels = channel_text == "*" ? std::optional(Span{0, 0}) : parse_span(channel_text, 1, 16);
     const auto numbers = slash == text.npos ? std::optional(Span{0, 0}) : parse_span(text.substr(slash + 1), 0, 127);
-    if (!channels || !numbers) return false;
+    if (!channels || !numbers || (!kind->has_channel && channel_text != "*")) return false;
     for (unsigned channel = channels->first; channel <= channels->last; ++channel) {
         for (unsigned number = numbers->first; number <= numbers->last; ++number) {
             if (keys.size() == kMaxKeys) return false;
@@ -100,12 +111,13 @@ bool add_keys(std::string_view text, std::vector<MidiKey>& keys) {
 // Bytes of a packet, by its code index number (clause 4, table 4-1).
 static constexpr std::uint8_t kPacketBytes[16] = {0, 0, 2, 3, 3, 1, 2, 3, 3, 3, 3, 3, 2, 2, 3, 1};
 
-std::size_t read_usb_midi(Bytes transfer, std::vector<MidiMessage>& messages, MidiTime* time) {
+std::size_t read_usb_midi(Bytes transfer, std::vector<MidiMessage>& messages, MidiSystem* system) {
     std::size_t bad = 0;
     for (; transfer.size() >= 4; transfer = transfer.subspan(4)) {
         const unsigned index = transfer[0] & 0x0Fu;
-        if (time != nullptr)
-            for (std::size_t i = 1; i <= kPacketBytes[index]; ++i) time->take(transfer[i]);
+        const auto cable = static_cast<std::uint8_t>(transfer[0] >> 4);
+        if (system != nullptr)
+            for (std::size_t i = 1; i <= kPacketBytes[index]; ++i) system->take(transfer[i], cable, messages);
         if (index < 8 || index == 15) {  // reserved (0, 1: also padding), system messages, single bytes
             bad += index < 2 && (transfer[1] | transfer[2] | transfer[3]) != 0 ? 1 : 0;
             continue;
@@ -116,8 +128,7 @@ std::size_t read_usb_midi(Bytes transfer, std::vector<MidiMessage>& messages, Mi
             ++bad;
             continue;
         }
-        messages.push_back(
-            {static_cast<std::uint8_t>(transfer[0] >> 4), status, {transfer[2], two ? transfer[3] : std::uint8_t{0}}});
+        messages.push_back({cable, status, {transfer[2], two ? transfer[3] : std::uint8_t{0}}});
     }
     return bad;
 }
@@ -125,13 +136,13 @@ std::size_t read_usb_midi(Bytes transfer, std::vector<MidiMessage>& messages, Mi
 std::size_t MidiStream::take(Bytes bytes, std::vector<MidiMessage>& messages) {
     std::size_t bad = 0;
     for (const std::uint8_t byte : bytes) {
+        system_.take(byte, 0, messages);
         if (byte >= 0xF8) continue;  // real-time: may stand inside any message
-        time_.take(byte);
-        if (quarter_ && byte < 0x80) {  // of time code
-            quarter_ = false;
+        if (skips_ > 0 && byte < 0x80) {
+            --skips_;
             continue;
         }
-        quarter_ = byte == 0xF1;
+        skips_ = common_bytes(byte);
         if (byte >= 0x80) {
             sysex_ = byte == 0xF0;
             status_ = is_channel_message(byte) ? byte : 0;
@@ -140,7 +151,7 @@ std::size_t MidiStream::take(Bytes bytes, std::vector<MidiMessage>& messages) {
         }
         if (sysex_) continue;
         if (status_ == 0) {
-            ++bad;  // data of a system common message, or a port that was opened in the middle of one
+            ++bad;  // a port that was opened in the middle of a message
             continue;
         }
         if (data_bytes(status_) == 2 && !has_first_) {
@@ -194,6 +205,7 @@ Result<std::vector<MidiKey>> parse_midi_keys(std::string_view text) {
 }
 
 MidiKey key_of(const MidiMessage& message) {
+    if (message.status == kVolume) return {message.cable, MidiKind::volume, 0, 0};
     const auto channel = static_cast<std::uint8_t>((message.status & 0x0F) + 1);
     const int status = std::max(message.status >> 4, 0x9);  // a note-off is of its note
     const auto kind = std::ranges::find(kKinds, status, &KindRow::status);
@@ -209,6 +221,7 @@ std::uint32_t value_of(const MidiMessage& message) {
         case 0xD:
             return message.data[0];
         case 0xE:
+        case kVolume >> 4:
             return static_cast<std::uint32_t>(message.data[1] << 7 | message.data[0]);
         default:
             return message.data[1];
@@ -216,12 +229,14 @@ std::uint32_t value_of(const MidiMessage& message) {
 }
 
 std::vector<std::uint8_t> midi_message(const MidiKey& key, std::uint32_t value) {
+    const auto fine = static_cast<std::uint8_t>(value & 0x7F), coarse = static_cast<std::uint8_t>(value >> 7 & 0x7F);
+    if (key.kind == MidiKind::volume) return {0xF0, 0x7F, 0x7F, 0x04, 0x01, fine, coarse, 0xF7};
     const KindRow& kind = row_of(key.kind);
     const int channel = key.channel == 0 ? 0 : key.channel - 1;
     std::vector<std::uint8_t> message{static_cast<std::uint8_t>(kind.status << 4 | channel)};
     if (kind.has_number) message.push_back(key.number);
-    message.push_back(static_cast<std::uint8_t>(value & 0x7F));
-    if (key.kind == MidiKind::bend) message.push_back(static_cast<std::uint8_t>(value >> 7 & 0x7F));
+    message.push_back(fine);
+    if (key.kind == MidiKind::bend) message.push_back(coarse);
     return message;
 }
 

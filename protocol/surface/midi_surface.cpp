@@ -6,6 +6,12 @@
 namespace gonio {
 namespace {
 
+constexpr std::uint32_t kFineSteps = 16383;  // 14 bits
+
+bool has_14_bits(MidiKind kind) {
+    return kind == MidiKind::bend || kind == MidiKind::volume;
+}
+
 // Clicks of a relative message, to the right positive.
 int clicks_of(RelativeCode code, std::uint32_t value) {
     const int raw = static_cast<int>(value);
@@ -50,8 +56,13 @@ const MidiSurface::ControlPart* MidiSurface::find(const MidiKey& key) const {
     return found == parts_.end() ? nullptr : &found->second;
 }
 
-void MidiSurface::moved(std::size_t control, std::uint32_t raw, std::vector<ControlEvent>& events) const {
-    const ControlSpec& spec = profile_.controls[control];
+void MidiSurface::moved(std::size_t control, std::uint32_t raw, std::vector<ControlEvent>& events) {
+    ControlSpec& spec = profile_.controls[control];
+    // Boxes whose slider has 7 bits leave the fine half of the volume at 0: their full is 7F 00.
+    if (spec.input && spec.input->kind == MidiKind::volume) {
+        if ((raw & 0x7F) != 0) spec.steps = kFineSteps;
+        if (spec.steps != kFineSteps) raw >>= 7;
+    }
     double value = 0;
     if (spec.kind == ControlKind::button)
         value = raw > 0 ? 1 : 0;
@@ -71,7 +82,7 @@ bool MidiSurface::take(const MidiMessage& message, std::int64_t now_ns, std::vec
         ControlSpec spec;
         spec.name = midi_key_text(key);
         spec.kind = key.kind == MidiKind::note ? ControlKind::button : ControlKind::absolute;
-        spec.steps = key.kind == MidiKind::bend ? 16383 : 127;
+        spec.steps = key.kind == MidiKind::bend ? kFineSteps : 127;
         spec.input = spec.output = key;
         if (key.kind == MidiKind::note) spec.show = ShowKind::lamp;
         heard = &parts_.insert({key, {profile_.controls.size(), Part::whole}}).first->second;
@@ -131,11 +142,11 @@ std::vector<std::uint8_t> MidiSurface::show(std::size_t control, double value) c
         case ShowKind::lamp:
             return midi_message(spec.output, clamped >= 0.5 ? spec.on : spec.off);
         case ShowKind::value:
-            return midi_message(spec.output, scaled(127));
+            return midi_message(spec.output, scaled(spec.output.kind == MidiKind::volume ? kFineSteps : 127));
         case ShowKind::ring_mcu:  // high nibble 2: wrap; positions 1 to 11
             return midi_message(spec.output, 0x21 + scaled(10));
         case ShowKind::motor:
-            return midi_message(spec.output, scaled(spec.output.kind == MidiKind::bend ? 16383 : 127));
+            return midi_message(spec.output, scaled(has_14_bits(spec.output.kind) ? kFineSteps : 127));
     }
     return {};
 }

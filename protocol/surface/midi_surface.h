@@ -41,7 +41,7 @@ private:
         std::int64_t waiting_since_ns = 0;  // 0: the coarse half does not wait
     };
     const ControlPart* find(const MidiKey& key) const;
-    void moved(std::size_t control, std::uint32_t raw, std::vector<ControlEvent>& events) const;
+    void moved(std::size_t control, std::uint32_t raw, std::vector<ControlEvent>& events);
 
     SurfaceProfile profile_;
     std::map<MidiKey, ControlPart> parts_;

@@ -8,10 +8,21 @@ namespace gonio {
 namespace {
 
 constexpr unsigned kMinutesADay = 24 * 60;
+constexpr std::int64_t kFramesASet = 2;  // that eight quarter frames take
+constexpr std::int64_t kSlack = 2;       // frames that a sender's clock may be off from one time to the next
 
 std::uint32_t frames_a_day(TimecodeRate rate) {
     const std::uint32_t labels = kMinutesADay * 60 * frames_a_second(rate);
     return rate == TimecodeRate::drop30 ? labels - 2 * (kMinutesADay - kMinutesADay / 10) : labels;
+}
+
+// Result: whether `now` is about `frames` after `before`; midnight is no end.
+bool follows(const std::optional<Timecode>& before, const Timecode& now, std::int64_t frames) {
+    if (!before || before->rate != now.rate) return false;
+    const std::int64_t day = frames_a_day(now.rate);
+    const std::int64_t from = frame_count(*before), to = frame_count(now);
+    const std::int64_t off = ((to - from - frames + kSlack) % day + day) % day;
+    return off <= 2 * kSlack;
 }
 
 }  // namespace
@@ -123,17 +134,33 @@ std::optional<Timecode> MtcReader::take_quarter(std::uint8_t data) {
     Timecode timecode;
     timecode.label = {static_cast<std::uint8_t>(joined(6) & 0x1F), joined(4), joined(2), joined(0)};
     timecode.rate = static_cast<TimecodeRate>(pieces_[7] >> 1 & 3);
+    const std::int64_t step = backwards_ ? -kFramesASet : kFramesASet;
+    ++sets_;
     if (!is_timecode(timecode)) return std::nullopt;
-    return timecode_of(static_cast<std::int64_t>(frame_count(timecode)) + (backwards_ ? -2 : 2), timecode.rate);
+    return confirmed(timecode_of(static_cast<std::int64_t>(frame_count(timecode)) + step, timecode.rate));
+}
+
+// Of quarter frames: what goes on from nothing that is known is only remembered.
+std::optional<Timecode> MtcReader::confirmed(const Timecode& now) {
+    const std::int64_t step = backwards_ ? -kFramesASet : kFramesASet;
+    const bool counts = follows(counted_, now, sets_ * step) || follows(said_, now, step);
+    said_ = now;
+    if (!counts) return std::nullopt;
+    counted_ = now;
+    sets_ = 0;
+    return now;
 }
 
 // 7F dev 01 01 hh mm ss ff
-std::optional<Timecode> MtcReader::take_full() const {
+std::optional<Timecode> MtcReader::take_full() {
     if (sysex_[0] != 0x7F || sysex_[2] != 0x01 || sysex_[3] != 0x01) return std::nullopt;
     Timecode timecode;
     timecode.label = {static_cast<std::uint8_t>(sysex_[4] & 0x1F), sysex_[5], sysex_[6], sysex_[7]};
     timecode.rate = static_cast<TimecodeRate>(sysex_[4] >> 5 & 3);
-    return is_timecode(timecode) ? std::optional(timecode) : std::nullopt;
+    if (!is_timecode(timecode)) return std::nullopt;
+    counted_ = said_ = timecode;
+    sets_ = 0;
+    return timecode;
 }
 
 }  // namespace gonio

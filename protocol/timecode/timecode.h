@@ -47,11 +47,16 @@ class MtcReader {
 public:
     // Result: the time now, once a full frame message or eight quarter frames in a row are complete. What quarter
     // frames say is two frames old by then, which is made up for; of a tape that runs backwards likewise.
+    // A time of quarter frames counts where it goes on from the one that counted last, or from the eight right before
+    // it. Its pieces are sent over two frames, and a sender that reads a running clock for each of them joins two
+    // times at a roll-over: 00:01:59 between 00:00:59 and 00:01:00. The time after that contradicts it. So a real jump
+    // counts with its second time. A full frame is one message and counts at once.
     std::optional<Timecode> take(std::uint8_t byte);
 
 private:
     std::optional<Timecode> take_quarter(std::uint8_t data);
-    std::optional<Timecode> take_full() const;
+    std::optional<Timecode> take_full();
+    std::optional<Timecode> confirmed(const Timecode& now);
 
     static constexpr std::size_t kFullBytes = 8;  // between F0 and F7
     enum class Expects : std::uint8_t { status, quarter, sysex } expects_ = Expects::status;
@@ -60,7 +65,9 @@ private:
     std::array<std::uint8_t, 8> pieces_{};
     unsigned count_ = 0;  // of pieces in a row
     bool backwards_ = false;
-    std::uint8_t next_ = 0;  // the piece that goes on
+    std::uint8_t next_ = 0;                   // the piece that goes on
+    std::optional<Timecode> counted_, said_;  // that counted last; of the last eight pieces
+    std::int64_t sets_ = 0;                   // of eight pieces since counted_
 };
 
 }  // namespace gonio

@@ -75,8 +75,8 @@ struct BadOption : std::invalid_argument {
 Beginning beginning(const Options& options) {
     try {
         Beginning first;
-        first.scene =
-            options.follow.empty() ? first_scene(options, &first.restored_rev) : unheard_scene(options.follow);
+        first.scene = options.follow.empty() ? first_scene(options, &first.restored_rev, &first.undo)
+                                             : unheard_scene(options.follow);
         first.surfaces = surface_options(options);
         for (const std::string& fault : options.inject)
             if (fault != kStateHangs && fault != kReloadHangs) add_fault(first.faults, fault);
@@ -116,6 +116,8 @@ App::App(Options options, Tokens tokens)
     auto library = std::make_shared<Library>(options_.library_folders, uploads_ ? uploads_->folder() : "");
     library->keep_scene(profiles_of(render_session_.scene()));
     render_session_.set_library(std::move(library));
+    render_session_.go_on(first_.undo);
+    read_lefts();
     if (options_.follow.empty()) return;
     render_session_.set_leader(options_.follow);
     follower_ = std::make_unique<Follower>(follow_options(boot), render_session_.scene(), inbox_.queue, *metrics_);
@@ -242,20 +244,50 @@ SessionOutputs App::session_outputs() {
             .blobs = [this](std::shared_ptr<const Blobs> blobs) { http_server_->publish_blobs(std::move(blobs)); },
             .picture = std::bind_front(&App::show_picture, this),
             .counters = std::bind_front(&App::stats, this),
-            .sources = std::bind_front(&Consoles::sources, &consoles_),
+            .sources = std::bind_front(&App::describe_sources, this),
             .surfaces = std::bind_front(&App::describe_surfaces, this),
             .learn = std::bind_front(&SurfaceInput::learn, &surface_input_),
             .gone = std::bind_front(&SurfaceInput::forget_session, &surface_input_),
             .gpu_lost = std::bind_front(&Gpu::lost, &gpu_)};
 }
 
+void App::reply(std::uint32_t session, v1::ServerMessage message) {
+    add_place(message, file_place_.get());
+    http_server_->reply(session, std::move(message));
+}
+
+// Consoles have the scene's own positions, clients those of its file.
+void App::publish_state(v1::State state) {
+    consoles_.publish_state(state);
+    add_place(state, file_place_.get());
+    http_server_->publish_state(std::move(state));
+}
+
 void App::tell_state(v1::State state, v1::StateChanged change) {
     counted_.scene_revision.set(state.scene_rev());
-    consoles_.publish_state(state);
-    http_server_->publish_state(std::move(state));
+    file_place_.set(render_session_.scene().asset->place);
+    publish_state(std::move(state));
+    add_place(change, file_place_.get());
     http_server_->broadcast(std::move(change));
-    if (state_file_) state_file_->put(render_session_.scene());
+    save_state();
     if (follower_) http_server_->set_ready(true);  // it has its leader's show
+}
+
+void App::save_state() {
+    if (state_file_) state_file_->put(render_session_.scene(), render_session_.undo_record());
+}
+
+// The last one first, which undo gets to first.
+void App::read_lefts() {
+    for (auto left = first_.undo.earlier.rbegin(); left != first_.undo.earlier.rend(); ++left)
+        loader_.submit([this, kept = *left, gels = render_session_.scene().gels] {
+            lefts_.push({kept, read_left(options_, *kept, gels)});
+            inbox_.queue.wake(Queue<Work>::Wake::soon);
+        });
+}
+
+void App::take_lefts() {
+    while (auto read = lefts_.try_pop()) render_session_.take_read(read->first, std::move(read->second));
 }
 
 void App::show_picture(Picture picture) {
@@ -281,9 +313,9 @@ v1::Stats App::stats() {
 
 void App::start() {
     counted_.scene_revision.set(render_session_.scene().scene_rev);
-    http_server_->publish_state(render_session_.state());
-    consoles_.publish_state(render_session_.state());
-    if (state_file_) state_file_->put(render_session_.scene());  // whether it can be written is known at the start
+    file_place_.set(render_session_.scene().asset->place);
+    publish_state(render_session_.state());
+    save_state();  // whether it can be written is known at the start
     // READY means: a first frame has been rendered and encoded, so that whoever connects sees a picture at once.
     render_session_.begin_frame(monotonic_ns());
     render_session_.finish_frames(true);
@@ -300,7 +332,8 @@ void App::start() {
     std::printf("READY %s://%s:%u\n", http_server_->secure() ? "https" : "http",
                 plain ? options_.host.c_str() : ("[" + options_.host + "]").c_str(), http_server_->port());
     std::fflush(stdout);
-    prepared_pictures_ = std::jthread(prepare_pictures);
+    // Half a second of a core, for which an early end waits. Without GL only tests take pictures, and few do.
+    if (options_.renderer != "null") prepared_pictures_ = std::jthread(prepare_pictures);
 }
 
 // Between two attempts. Result: whether there shall be another.
@@ -335,6 +368,7 @@ void App::run() {
         service_.render();
         http_server_->came_by();
         loop_.turn();
+        take_lefts();
         if (state_file_) counted_.saves.add(state_file_->told().saves - counted_.saves.value());
         if (gpu_.lost() && !renew_gpu("the GL context is lost", true)) return;
         if (render_session_.begins_anew() && !begin_anew()) return;

@@ -15,6 +15,7 @@
 #include "server/base/shared.h"
 #include "server/follow/follower.h"
 #include "server/http/upload_store.h"
+#include "server/session/file_place.h"
 #include "server/session/render_loop.h"
 #include "server/show/state_file.h"
 
@@ -28,6 +29,7 @@ int run_daemon(const Options& options);
 struct Beginning {
     Scene scene;
     Revision restored_rev = 0;  // State.restored_rev
+    UndoRecord undo;            // of the saved show
     SurfaceOptions surfaces;
     GpuFaults faults;
 };
@@ -67,6 +69,9 @@ private:
     std::unique_ptr<Inputs> start_inputs();
     std::unique_ptr<ControlSurfaces> start_surfaces();
     std::shared_ptr<StateFile> open_state_file();
+    void save_state();
+    void read_lefts();
+    void take_lefts();
     std::function<void()> waker(Queue<Work>::Wake when);
     // On the signals' thread.
     Signals::Actions signal_actions();
@@ -76,11 +81,17 @@ private:
     void discard_uploads();
     // Of the render session.
     SessionOutputs session_outputs();
-    void reply(std::uint32_t session, v1::ServerMessage message) { http_server_->reply(session, std::move(message)); }
+    void reply(std::uint32_t session, v1::ServerMessage message);
+    void publish_state(v1::State state);
     void tell_state(v1::State state, v1::StateChanged change);
     void show_picture(Picture picture);
     v1::Stats stats();
     v1::Surfaces describe_surfaces() const { return surface_input_.describe(render_session_.scene()); }
+    v1::Sources describe_sources() {
+        v1::Sources sources = consoles_.sources();
+        surface_input_.add_endpoints(sources);
+        return sources;
+    }
     FollowOptions follow_options(const std::string& boot) const;
     bool renew_gpu(const char* why, bool lost);
     bool begin_anew();
@@ -103,6 +114,7 @@ private:
     const std::string renderer_name_ = name_renderer();
     const std::shared_ptr<UploadStore> uploads_ = open_uploads();  // ends after the HTTP server that writes them
     std::shared_ptr<HttpServer> http_server_;                      // ends after all that speaks to it
+    FilePlace file_place_;
     LaneEncoders encoders_{encoder_setup(options_, first_.scene.width_px, first_.scene.height_px),
                            encoder_outputs(http_server_, waker(Queue<Work>::Wake::soon))};
     LaneFeed feed_{encoders_};
@@ -115,6 +127,8 @@ private:
     Consoles consoles_{inputs_.get(), frame_time_.count()};
     const std::unique_ptr<ControlSurfaces> surfaces_ = start_surfaces();
     SurfaceInput surface_input_{surfaces_.get(), frame_time_.count(), std::bind_front(&App::reply, this)};
+    // Scenes that undo goes back to, as the disk had them at the start and read.
+    Queue<std::pair<std::shared_ptr<const LeftScene>, std::shared_ptr<const LeftScene>>> lefts_{kMaxLoaderJobs};
     Loader loader_;
     const std::shared_ptr<StateFile> state_file_ = open_state_file();
     RenderSession render_session_{gpu_.take_renderer(), std::move(first_.scene), renderer_name_, inbox_.queue, loader_,

@@ -27,6 +27,7 @@
 #include "server/assets/picture_module.h"
 #include "server/base/descriptor.h"
 #include "server/gl/context.h"
+#include "server/gl/vendor_files.h"
 #include "server/inputs/udp_socket.h"
 #include "server/stream/encoder.h"
 
@@ -169,6 +170,13 @@ std::string missing_libraries() {
     return missing;
 }
 
+// Of a driver's file without its library; and where nothing renders for that reason.
+const std::string kMendVendorLibrary =
+    "install the library that the file names (NVIDIA: libnvidia-gl, or run the container with the NVIDIA runtime and "
+    "NVIDIA_DRIVER_CAPABILITIES=all)";
+const std::string kMendVendor =
+    kMendVendorLibrary + "; or remove the file or unset __EGL_VENDOR_LIBRARY_FILENAMES, so that Mesa renders";
+
 // The GL, and what it runs on.
 std::vector<Finding> check_graphics(const Options& options, const Machine& machine) {
     if (options.renderer == "null") return {{"egl", State::ok, "No GL is asked for (--renderer null).", ""}};
@@ -182,6 +190,7 @@ std::vector<Finding> check_graphics(const Options& options, const Machine& machi
         if (options.device >= 0)
             return {{"egl", State::fault, error.what(),
                      "give --device the index of one that works, or leave it out: then goniod looks for one"}};
+        if (!gl::dead_vendor_files().empty()) return {{"egl", State::fault, error.what(), kMendVendor}};
         return {{"egl", State::fault, error.what(),
                  "apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri; for a GPU its maker's driver with EGL"}};
     }
@@ -191,6 +200,9 @@ std::vector<Finding> check_graphics(const Options& options, const Machine& machi
         findings.push_back({"gpu", State::ok, "The GPU renders: " + context->renderer() + ".", ""});
     else if (gpus.empty())
         findings.push_back({"gpu", State::ok, "There is no GPU: the CPU renders (" + context->renderer() + ").", ""});
+    else if (const std::string dead = gl::dead_vendor_files(); !dead.empty())
+        findings.push_back({"gpu", State::warning, "There is " + gpus.front() + ", but the CPU renders: " + dead + ".",
+                            kMendVendorLibrary});
     else
         findings.push_back({"gpu", State::warning, "There is " + gpus.front() + ", but the CPU renders.",
                             "install the GPU's driver with EGL (Mesa: libgl1-mesa-dri; NVIDIA: nvidia-driver), and see "

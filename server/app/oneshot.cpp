@@ -115,7 +115,7 @@ int run_oneshot(Scene scene, const std::string& job_file, const SceneAccess& acc
             refuse(job_file, "", "the job must hold either a list of frames or a sequence");
         if (frames) {
             ExrHeader header;
-            if (job.contains("date")) header.date = sequence::exr_date_of(job, "job");
+            header.date = sequence::exr_date_of(job, "job");  // never the clock's, so that bytes repeat
             return run_frames(job["frames"], std::move(scene), {options, access, stop, header});
         }
         job::expect_object(job, "job", {"sequence"});

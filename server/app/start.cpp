@@ -9,6 +9,7 @@
 #include "protocol/dmx/patch_toml.h"
 #include "protocol/schema/command.pb.h"
 #include "protocol/schema/scene.pb.h"
+#include "protocol/schema/undo_file.pb.h"
 #include "protocol/schema/upload_name.h"
 #include "protocol/surface/surface_toml.h"
 #include "server/app/bake_job.h"
@@ -25,8 +26,11 @@
 #include "server/scene/apply.h"
 #include "server/session/null_renderer.h"
 #include "server/session/scene_access.h"
+#include "server/show/held_files.h"
 #include "server/show/state_file.h"
+#include "server/show/undo_file.h"
 #include "server/trace/exposure.h"
+#include "server/trace/first_view.h"
 #include "server/trace/geometry.h"
 
 namespace gonio {
@@ -74,20 +78,38 @@ std::shared_ptr<const SceneAsset> asset_of(const Options& options) {
 
 // The scene of a saved show: an upload or a file below a --scene-root as clients name them, else any file. Errors: as
 // of load_scene.
-Result<std::shared_ptr<const SceneAsset>> saved_asset(const Options& options, const std::string& name, double scale) {
+Result<std::shared_ptr<const SceneAsset>> saved_asset(const Options& options, const saved::Show& show, double scale) {
+    const std::string& name = show.scene();
+    LoadOptions load = options.load;
+    load.scale = scale;
+    if (show.has_scene_universe_offset()) {
+        load.universe_offset = show.scene_universe_offset();
+        if (const int asked = options.load.universe_offset; asked != 0 && asked != load.universe_offset)
+            spdlog::warn(
+                "state: '{}' was saved with the universe offset {}, which counts; --universe-offset asks for {}", name,
+                load.universe_offset, asked);
+    }
+    if (!show.files().empty()) {
+        const auto folder = unpack_files(show, "");
+        if (folder) {
+            auto asset = exchange::load_any_scene((*folder)->path() + "/" + show.files(0).path(), name, load,
+                                                  memory_room(options.max_memory));
+            return asset ? with_folder(std::move(*asset), *folder) : std::move(asset);
+        }
+        spdlog::warn("state: {}", folder.error().text());  // the scene's own file may be there
+    }
     const bool upload = name.starts_with(kUploadPrefix);
     if (upload && options.upload_folder.empty())
         return Error{"not_found", "scene", name, "Uploads are kept where --upload-dir names a folder."};
     const auto path = scene_path({true, options.scene_roots, options.upload_folder, options.load, 0}, name);
     if (!path && upload) return path.error();
-    LoadOptions load = options.load;
-    load.scale = scale;
     return exchange::load_any_scene(path ? *path : name, name, load, memory_room(options.max_memory));
 }
 
 struct Restored {
     Scene scene;
     bool whole = true;  // it has everything that was saved
+    bool same = false;  // it is the saved scene, as far as it came back
 };
 
 std::shared_ptr<const Gels> gels_of(const Options& options) {
@@ -103,7 +125,7 @@ Restored saved_scene(const Options& options, const saved::Show& show, const std:
     }
     const double saved_scale = show.scene_scale() == 0.0 ? 1.0 : show.scene_scale(),
                  scale = options.scale_given ? options.load.scale : saved_scale;
-    auto asset = saved_asset(options, show.scene(), scale);
+    auto asset = saved_asset(options, show, scale);
     if (asset) log_warnings(**asset);
     if (asset && scale != saved_scale) {  // its positions are another scene's
         spdlog::warn("state: '{}' was saved at scale {}, --scale asks for {}: lights, groups and camera are the file's",
@@ -117,7 +139,41 @@ Restored saved_scene(const Options& options, const saved::Show& show, const std:
     RestoredShow restored = restore_show(show, same_scene ? *asset : asset_of(options), same_scene, kProfileTime, gels);
     for (const std::string& warning : restored.warnings) spdlog::warn("state: {}", warning);
     spdlog::info("state: restored from {}, revision {}", options.state_file, restored.scene.scene_rev);
-    return {std::move(restored.scene), same_scene && restored.warnings.empty()};
+    return {std::move(restored.scene), same_scene && restored.warnings.empty(), same_scene};
+}
+
+// What can be undone in the scene that came back; nothing where that cannot be told.
+UndoRecord restored_undo(const Options& options, const std::string& state_sha256, Scene& scene) {
+    const auto file = read_undo_file(options.state_file, state_sha256);
+    const bool usable = file && renew_ids(file->steps(), scene);
+    if (usable) return record_of(*file, scene);
+    spdlog::warn("state: nothing can be undone that was done before: {}",
+                 file ? "the lights are not those of " + options.state_file + kUndoEnding : file.error().text());
+    return {};
+}
+
+// Throws std::exception, which says why it cannot be read.
+std::shared_ptr<const LeftScene> read_whole_left(const Options& options, const LeftScene& kept,
+                                                 const std::shared_ptr<const Gels>& gels) {
+    saved::Show show = kept.kept->show();
+    const bool held = !show.files().empty();
+    find_scene(options.state_file, show);
+    if (held && show.files().empty())
+        throw std::runtime_error("the files of the scene '" + show.scene() + "' are gone");
+    auto asset = saved_asset(options, show, show.scene_scale() == 0.0 ? 1.0 : show.scene_scale());
+    if (!asset) throw std::runtime_error(asset.error().text());
+    show.clear_files();
+    RestoredShow restored = restore_show(show, *asset, true, kProfileTime, gels);
+    for (const std::string& warning : restored.warnings) spdlog::warn("state: {}", warning);
+    Scene& scene = restored.scene;
+    if (!renew_ids(kept.kept->steps(), scene)) throw std::runtime_error("its lights are others");
+    scene.traced = std::make_shared<const trace::Geometry>(scene.asset);
+    scene.drawn = lighting::make_drawn(scene.traced, true);
+    auto left = std::make_shared<LeftScene>(kept);
+    std::uint64_t used = 0;
+    left->steps = steps_of(kept.kept->steps(), scene, used);
+    left->scene = std::make_shared<const Scene>(std::move(scene));
+    return left;
 }
 
 Renderer::DirectLight direct_light_of(const Options& options) {
@@ -149,12 +205,23 @@ std::string show_folder(const Options& options) {
     return (std::filesystem::path(options.state_file).parent_path() / "shows").string();
 }
 
-Scene first_scene(const Options& options, Revision* restored_rev) {
+std::shared_ptr<const LeftScene> read_left(const Options& options, const LeftScene& kept,
+                                           const std::shared_ptr<const Gels>& gels) {
+    try {
+        return read_whole_left(options, kept, gels);
+    } catch (const std::exception& exception) {  // also where there is not enough memory
+        spdlog::warn("state: '{}' and what was done before cannot be undone: {}", kept.label, exception.what());
+        return nullptr;
+    }
+}
+
+Scene first_scene(const Options& options, Revision* restored_rev, UndoRecord* undo) {
     std::optional<saved::Show> show;
-    if (!options.state_file.empty()) show = read_state_file(options.state_file);
+    std::string state_sha256;
+    if (!options.state_file.empty()) show = read_state_file(options.state_file, &state_sha256);
     if (show && restored_rev != nullptr) *restored_rev = show->scene_rev();
     const auto gels = gels_of(options);
-    auto [scene, whole] = show ? saved_scene(options, *show, gels) : Restored{scene_of(asset_of(options))};
+    auto [scene, whole, same] = show ? saved_scene(options, *show, gels) : Restored{scene_of(asset_of(options))};
     scene.gels = gels;
     const bool restored = show.has_value();
     if (!restored || options.size_given) {
@@ -181,7 +248,11 @@ Scene first_scene(const Options& options, Revision* restored_rev) {
         apply_file(scene, map, file);
     }
     if (!whole && options.serves()) keep_show_aside(options.state_file);  // a job saves nothing
+    if (undo != nullptr && same) *undo = restored_undo(options, state_sha256, scene);
     scene.traced = std::make_shared<const trace::Geometry>(scene.asset);
+    if (!restored)
+        if (const std::string hint = trace::take_first_view(scene); !hint.empty())
+            spdlog::warn("{}: {}", scene.asset->name, hint);
     if (!restored && !scene.asset->exposure_ev100)
         scene.exposure_ev100 = trace::metered_ev100(scene).value_or(scene.exposure_ev100);
     if (options.serves()) scene.drawn = lighting::make_drawn(scene.traced, true);

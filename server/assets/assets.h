@@ -39,11 +39,12 @@ struct LoadOptions {
 inline constexpr int kMostUniverseOffset = 63'998;  // either way: sACN has universes 1 to 63,999
 
 // name: "cornell", "atrium" or "cylinder" (generated in code), or the path of a .gltf or .glb.
-// Errors: "not_found", "bad_gltf", "out_of_bounds", "missing_file", "bad_image", "bad_profile", "too_large",
-// "unsupported", "invalid_argument" (scale). Their `where` is a JSON pointer into the glTF ("/accessors/3/byteOffset")
-// or a file name. The scene, and its file in errors, are called `shown` instead of `name`; empty: `name`.
-// Memory for a file's scene is at most `most_bytes` while it is read, and with what the renderer makes of it. What
-// would be more is refused before it is taken: "too_large". A scene of over 200 m or under 0.1 m has a warning.
+// Errors: "not_found", "bad_gltf", "out_of_bounds", "missing_file" (a buffer), "too_large", "unsupported",
+// "invalid_argument" (scale). Images and photometric files that cannot be read are left out with a warning. Their
+// `where` is a JSON pointer into the glTF ("/accessors/3/byteOffset") or a file name. The scene, and its file in
+// errors, are called `shown` instead of `name`; empty: `name`. Memory for a file's scene is at most `most_bytes` while
+// it is read, and with what the renderer makes of it. What would be more is refused before it is taken: "too_large". A
+// scene of over 200 m or under 0.1 m has a warning.
 Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, const std::string& shown = "",
                                                      const LoadOptions& options = {},
                                                      std::size_t most_bytes = SIZE_MAX);
@@ -78,6 +79,8 @@ bool is_built_in(const std::string& name);
 Result<std::shared_ptr<const Profile>> make_profile(std::string name, std::string_view bytes);
 // Result: the same of photometry that is no file's.
 std::shared_ptr<const Profile> make_profile(std::string name, ies::Photometry photometry);
+// The profile of a luminaire whose photometric file cannot be read: no light. Its diagnostics say why.
+std::shared_ptr<const Profile> unlit_profile(std::string name, std::string code, std::string why);
 // name: of ies::synthetic_luminaires. Errors: "not_found".
 Result<std::shared_ptr<const Profile>> builtin_profile(const std::string& name);
 // The profile of a plain KHR_lights_punctual light of 1 cd on its axis: isotropic, or a spot with its smooth cone edge.
@@ -85,6 +88,8 @@ std::shared_ptr<const Profile> punctual_point_profile();
 // Of a directional light, which has no intensity: 1 for 1 lx.
 std::shared_ptr<const Profile> sun_profile();
 std::shared_ptr<const Profile> punctual_spot_profile(double inner_cone_rad, double outer_cone_rad);
+// Of a plain EXT_lights_area light of 1 cd/m²: Lambertian, from a flat opening, a rectangle or an ellipse.
+std::shared_ptr<const Profile> panel_profile(const ies::Opening& opening);
 
 // Pixels of one captured picture, row-major from the top.
 struct FloatPicture {

@@ -93,7 +93,7 @@ std::optional<Error> decode_with(draco::DecoderBuffer& buffer, draco::Mesh& mesh
     const draco::Status status = decoder.Decode(options, &buffer, &mesh);
     if (!decoder.too_large.empty())
         return Error{"too_large", where, decoder.too_large,
-                     "the Draco mesh is larger than its accessors say, or than memory"};
+                     "the Draco mesh is far larger than its accessors say, or than memory"};
     if (!status.ok()) return Error{"bad_gltf", where, status.error_msg_string(), "the Draco mesh cannot be decoded"};
     return std::nullopt;
 }

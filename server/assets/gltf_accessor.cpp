@@ -109,7 +109,7 @@ std::size_t accessor_components(const GltfDocument& document, int accessor) {
     return tinygltf::GetNumComponentsInType(accessor_at(document, accessor).type);
 }
 
-Result<std::vector<float>> read_floats(const GltfDocument& document, int index) {
+Result<std::vector<float>> read_any_floats(const GltfDocument& document, int index) {
     const tinygltf::Accessor& accessor = accessor_at(document, index);
     const std::size_t components = accessor_components(document, index);
     const std::size_t bytes = component_bytes(accessor.componentType);
@@ -120,9 +120,15 @@ Result<std::vector<float>> read_floats(const GltfDocument& document, int index) 
         }
     });
     if (!done) return done.error();
-    const auto odd = std::find_if(values.begin(), values.end(), [](float value) { return !std::isfinite(value); });
-    if (odd != values.end()) {
-        const auto element = (odd - values.begin()) / components;
+    return values;
+}
+
+Result<std::vector<float>> read_floats(const GltfDocument& document, int index) {
+    auto values = read_any_floats(document, index);
+    if (!values) return values;
+    const auto odd = std::find_if(values->begin(), values->end(), [](float value) { return !std::isfinite(value); });
+    if (odd != values->end()) {
+        const auto element = static_cast<std::size_t>(odd - values->begin()) / accessor_components(document, index);
         return Error{"bad_gltf", place(index), std::isnan(*odd) ? "NaN" : "infinity",
                      "element " + std::to_string(element) + " of the accessor is not finite"};
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -122,13 +123,18 @@ const Json& list(const Json& object, const char* name) {
     return found == object.end() ? empty : *found;
 }
 
+// Every buffer view that anything names: accessors, sparse ones too, images, photometric files and Draco meshes.
+void find_views_read(const Json& value, std::set<std::uint64_t>& read) {
+    for (const auto& [name, child] : value.items()) {
+        if (child.is_structured()) find_views_read(child, read);
+        if (name == "bufferView" && child.is_number_unsigned()) read.insert(child.get<std::uint64_t>());
+    }
+}
+
 std::optional<Error> check_buffers(const Json& document, bool has_binary_chunk) {
     std::uint64_t total = 0;
     const Json& buffers = list(document, "buffers");
     for (std::size_t i = 0; i < buffers.size(); ++i) {
-        if (!buffers[i].contains("uri") && !(i == 0 && has_binary_chunk) && !is_meshopt_fallback(buffers[i])) {
-            return bad(at("buffers", i, "uri"), buffers[i], "a buffer has neither a uri nor a binary chunk");
-        }
         total += size_of(buffers[i], "byteLength");
         if (total > kMaxSceneFileBytes) {
             return Error{"too_large", at("buffers", i, "byteLength"), shown(buffers[i]["byteLength"]),
@@ -136,6 +142,8 @@ std::optional<Error> check_buffers(const Json& document, bool has_binary_chunk) 
         }
     }
     const Json& views = list(document, "bufferViews");
+    std::set<std::uint64_t> read;
+    find_views_read(document, read);
     for (std::size_t i = 0; i < views.size(); ++i) {
         const std::uint64_t end = size_of(views[i], "byteOffset") + size_of(views[i], "byteLength");
         const Json& buffer = buffers[views[i]["buffer"].get<std::size_t>()];
@@ -143,6 +151,12 @@ std::optional<Error> check_buffers(const Json& document, bool has_binary_chunk) 
         if (is_meshopt_fallback(buffer) && !is_meshopt_view(views[i])) {
             return bad(at("bufferViews", i, "buffer"), views[i]["buffer"],
                        "only compressed views may lie in a fallback buffer");
+        }
+        // A buffer without bytes may stand for views that are compressed, or that nothing reads.
+        const auto index = views[i]["buffer"].get<std::size_t>();
+        const bool has_bytes = buffer.contains("uri") || (index == 0 && has_binary_chunk);
+        if (!has_bytes && !is_meshopt_view(views[i]) && read.contains(i)) {
+            return bad(at("buffers", index, "uri"), buffer, "a buffer has neither a uri nor a binary chunk");
         }
         if (end > held) {
             return out_of_bounds(
@@ -257,6 +271,12 @@ std::optional<Error> check_header(const Json& document) {
     if (!version.is_string()) return bad("/asset/version", version, "a string is expected here");
     if (version.get<std::string>().rfind("2.", 0) != 0) {
         return Error{"unsupported", "/asset/version", shown(version), "only glTF 2 is read"};
+    }
+    const Json least = asset->value("minVersion", Json("2.0"));
+    if (!least.is_string()) return bad("/asset/minVersion", least, "a string is expected here");
+    if (least.get<std::string>() != "2.0") {
+        return Error{"unsupported", "/asset/minVersion", shown(least),
+                     "the file needs a reader of a later glTF than 2.0"};
     }
     for (const char* name : {"extensionsRequired", "extensionsUsed"}) {
         const Json& extensions = list(document, name);

@@ -18,6 +18,8 @@
 #include "server/assets/gltf_expand.h"
 #include "server/assets/gltf_features.h"
 #include "server/assets/gltf_import.h"
+#include "server/assets/gltf_mend.h"
+#include "server/assets/gltf_rest.h"
 
 namespace gonio {
 namespace {
@@ -45,6 +47,18 @@ std::string_view as_text(Bytes bytes) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
+constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
+
+// Where the chunk after the one that ends here starts: there, or where a writer has padded without counting it.
+std::size_t next_chunk(Bytes file, std::size_t end, std::size_t length) {
+    const std::size_t padded = (end + 3) / 4 * 4;
+    const auto is_binary = [&](std::size_t at) {
+        return at + 8 <= length && little_endian(file, at + 4) == kBinaryChunk &&
+               little_endian(file, at) <= length - at - 8;
+    };
+    return is_binary(padded) && !is_binary(end) ? padded : end;
+}
+
 // glTF 2.0, 4.4 "Binary glTF Layout". Anything that does not start with "glTF" is taken for JSON.
 Result<Container> open_container(Bytes file) {
     if (file.size() < 4 || as_text(file.first(4)) != "glTF") return Container{as_text(file), std::nullopt};
@@ -55,8 +69,9 @@ Result<Container> open_container(Bytes file) {
     if (little_endian(file, 4) != 2) {
         return Error{"unsupported", "byte 4", std::to_string(little_endian(file, 4)), "only binary glTF 2 is read"};
     }
-    const std::size_t length = little_endian(file, 8);
-    if (length > file.size() || length < 20) return bad(8, length, "the binary glTF is truncated");
+    const std::size_t said = little_endian(file, 8);
+    if (said > file.size() || said < 20) return bad(8, said, "the binary glTF is truncated");
+    const std::size_t length = std::min(file.size(), (said + 3) / 4 * 4);  // some writers do not count the padding
     Container container;
     std::size_t at = 12;
     for (int chunk = 0; at + 8 <= length; ++chunk) {
@@ -64,11 +79,10 @@ Result<Container> open_container(Bytes file) {
         const std::uint32_t type = little_endian(file, at + 4);
         if (size > length - at - 8) return bad(at, size, "a chunk reaches beyond the end of the file");
         const Bytes content = file.subspan(at + 8, size);
-        if (chunk == 0 && type != 0x4E4F534A) return bad(at + 4, type, "the first chunk of a binary glTF is JSON");
+        if (chunk == 0 && type != kJsonChunk) return bad(at + 4, type, "the first chunk of a binary glTF is JSON");
         if (chunk == 0) container.json = as_text(content);
-        if (chunk == 1 && type == 0x004E4942) container.binary = content;
-        at += 8 + (size + 3) / 4 * 4;
-        if (at > length) break;
+        if (chunk == 1 && type == kBinaryChunk) container.binary = content;
+        at = next_chunk(file, at + 8 + size, length);
     }
     return container;
 }
@@ -106,6 +120,7 @@ void prune(Json& value) {
 
 Result<std::shared_ptr<const tinygltf::Model>> build_model(Json document) {
     for (const char* unread : {"buffers", "images", "skins", "animations"}) document.erase(unread);
+    complete_spots(document);
     prune(document);
     const std::string text = document.dump();
     auto model = std::make_shared<tinygltf::Model>();
@@ -136,8 +151,9 @@ Result<std::vector<std::vector<std::byte>>> read_buffers(const Json& document, c
         const std::string where = "/buffers/" + std::to_string(i);
         const auto length = buffer_list[i]["byteLength"].get<std::size_t>();
         std::vector<std::byte> bytes;
-        if (is_meshopt_fallback(buffer_list[i])) {
-            buffers.emplace_back();
+        const bool has_bytes = buffer_list[i].contains("uri") || (i == 0 && binary.has_value());
+        if (!has_bytes || is_meshopt_fallback(buffer_list[i])) {
+            buffers.emplace_back();  // nothing reads it: check_gltf()
             continue;
         }
         if (buffer_list[i].contains("uri")) {
@@ -178,7 +194,6 @@ void note_unread(const Json& document, std::vector<std::string>& warnings) {
     }
     const auto has = [&](const char* list) { return document.contains(list) && !document[list].empty(); };
     if (has("animations")) warnings.push_back(feature_warning("animations"));
-    if (has("skins")) warnings.push_back(feature_warning("skins"));
 }
 
 }  // namespace
@@ -221,6 +236,7 @@ static Result<GltfDocument> read_gltf_document(Bytes file, GltfDocument result, 
     } catch (const Json::exception& error) {  // a number beyond double
         return Error{"bad_gltf", "", std::string(error.what()).substr(0, 120), "the JSON is malformed"};
     }
+    mend_gltf(document, result.warnings);
     if (auto error = check_gltf(document, container->binary.has_value())) return *error;
 
     auto buffers = read_buffers(document, result.directory, container->binary, room);
@@ -237,10 +253,12 @@ static Result<GltfDocument> read_gltf_document(Bytes file, GltfDocument result, 
     for (const Json& light : document.value(ies_lights, Json::array())) {
         result.ies_lights.push_back({light.value("name", ""), light.value("uri", ""), light.value("bufferView", -1)});
     }
+    result.skins = skins_of(document);
+    result.visibility_keys = visibility_keys_of(document);
     for (const Json& buffer : document.value("buffers", Json::array())) result.uris.push_back(buffer.value("uri", ""));
     for (const auto& image : result.images) result.uris.push_back(image.uri);
     for (const auto& light : result.ies_lights) result.uris.push_back(light.uri);
-    std::erase_if(result.uris, [](const std::string& uri) { return uri.empty() || uri.starts_with("data:"); });
+    std::erase_if(result.uris, [](const std::string& uri) { return uri.empty() || is_data_uri(uri); });
     note_unread(document, result.warnings);
     auto model = build_model(std::move(document));
     if (!model) return model.error();

@@ -5,9 +5,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "ies/core/result.h"
@@ -19,6 +21,11 @@ class Model;
 namespace gonio {
 
 using Bytes = std::span<const std::byte>;
+
+struct GltfSkin {
+    std::vector<int> joints;         // nodes
+    int inverse_bind_matrices = -1;  // accessor, -1: identity matrices
+};
 
 struct GltfDocument {
     struct ImageSource {
@@ -34,7 +41,9 @@ struct GltfDocument {
     std::vector<std::vector<std::byte>> buffers;   // as long as their byteLength
     std::vector<ImageSource> images;
     std::vector<IesSource> ies_lights;  // EXT_lights_ies of the root; tinygltf drops empty members of lists
-    std::vector<std::string> uris;      // of all these: what the scene is made of beside its own file
+    std::vector<GltfSkin> skins;
+    std::map<int, int> visibility_keys;  // node -> accessor of an animation's keys of its KHR_node_visibility
+    std::vector<std::string> uris;       // of all these: what the scene is made of beside its own file
     std::vector<std::string> warnings;
 };
 
@@ -54,6 +63,8 @@ std::size_t accessor_components(const GltfDocument& document, int accessor);
 // (glTF 2.0, 3.11); sparse substitutions applied.
 // Errors: "out_of_bounds" (a sparse index), "bad_gltf" (NaN or infinite, with the place of the element).
 Result<std::vector<float>> read_floats(const GltfDocument& document, int accessor);
+// The same, with NaN and infinite ones as they are. Errors: "out_of_bounds".
+Result<std::vector<float>> read_any_floats(const GltfDocument& document, int accessor);
 // Result: the values of a SCALAR accessor of unsigned bytes, shorts or ints. Errors: "bad_gltf", "out_of_bounds".
 Result<std::vector<std::uint32_t>> read_indices(const GltfDocument& document, int accessor);
 
@@ -65,6 +76,9 @@ Result<std::filesystem::path> file_of_uri(const std::filesystem::path& directory
 // Errors: "missing_file", "bad_gltf" (leaves the directory, malformed), "unsupported" (another scheme), "too_large".
 Result<std::vector<std::byte>> read_uri(const std::filesystem::path& directory, const std::string& uri,
                                         const std::string& where, std::size_t limit, std::size_t hard_limit);
+
+// Whether the bytes are in the uri itself. Schemes are in capitals or not (RFC 3986, 3.1).
+bool is_data_uri(std::string_view uri);
 
 // A short form of a uri for messages.
 std::string shown_uri(const std::string& uri);

@@ -15,6 +15,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
+constexpr std::size_t kMostTimesSaid = 4;  // vertices and triangles that a mesh may have for each that accessors say
 constexpr std::size_t kMostDecoderBytes = std::size_t{4} << 30;  // what the decoder may hold beside its result
 
 bool has_bytes(const Json& accessor) {
@@ -52,6 +53,30 @@ Wanted wanted_of(const Json& accessors, const Json& primitive, const Json& compr
     return wanted;
 }
 
+// Of what is decoded.
+std::size_t bytes_of(const Wanted& wanted, std::size_t faces, std::size_t points) {
+    std::size_t bytes = faces * 3 * sizeof(std::uint32_t);
+    for (const DracoAttribute& attribute : wanted.attributes)
+        bytes += points * attribute.components * component_bytes(attribute.component_type);
+    return bytes;
+}
+
+// An encoder splits vertices at seams, and some writers keep the counts from before: what the decoder finds counts.
+std::size_t bound_of(std::size_t said, std::size_t most) {
+    return std::min(kMostTimesSaid * said, most);
+}
+
+// So many bytes were taken for the faces and points that the accessors say. Where there is no memory for more, no more
+// may come out.
+DracoBounds bounds_of(const GltfExpansion& expansion, const Wanted& wanted, std::size_t faces, std::size_t points,
+                      std::size_t taken) {
+    DracoBounds bounds{bound_of(faces, kMaxSceneTriangles), bound_of(points, kMaxSceneVertices),
+                       std::min(kMostDecoderBytes, expansion.room)};
+    const std::size_t left = std::min(expansion.room, kMaxExpandedBytes - expansion.expanded);
+    if (bytes_of(wanted, bounds.faces, bounds.points) - taken > left) bounds.faces = faces, bounds.points = points;
+    return bounds;
+}
+
 std::optional<Error> expand(GltfExpansion& expansion, Json& primitive, const std::string& primitive_where) {
     const Json& compressed = primitive["extensions"][kDraco];
     const std::string where = primitive_where + "/extensions/" + kDraco;
@@ -68,17 +93,23 @@ std::optional<Error> expand(GltfExpansion& expansion, Json& primitive, const std
     const std::size_t faces = strip ? count - std::min<std::size_t>(count, 2) : count / 3;
     if (faces > kMaxSceneTriangles || points > kMaxSceneVertices)
         return Error{"too_large", where, std::to_string(std::max(faces, points)), "the Draco mesh is too large"};
-    std::size_t bytes = faces * 3 * sizeof(std::uint32_t);
-    for (const DracoAttribute& attribute : wanted.attributes)
-        bytes += points * attribute.components * component_bytes(attribute.component_type);
+    const std::size_t bytes = bytes_of(wanted, faces, points);
     if (auto full = take_expanded(expansion, bytes, where)) return full;
 
     const Json& view = expansion.document["bufferViews"][compressed["bufferView"].get<std::size_t>()];
     const auto held = std::span<const std::byte>(expansion.buffers[view["buffer"].get<std::size_t>()])
                           .subspan(view.value("byteOffset", std::size_t{0}), view["byteLength"].get<std::size_t>());
-    auto mesh =
-        decode_draco(held, wanted.attributes, {faces, points, std::min(kMostDecoderBytes, expansion.room)}, where);
+    auto mesh = decode_draco(held, wanted.attributes, bounds_of(expansion, wanted, faces, points, bytes), where);
     if (!mesh) return mesh.error();
+    const std::size_t real = bytes_of(wanted, mesh->indices.size() / 3, mesh->points);
+    if (real > bytes) {
+        if (auto full = take_expanded(expansion, real - bytes, where)) return full;
+    }
+    if (mesh->points > points || mesh->indices.size() / 3 > faces)
+        expansion.warnings.push_back("the Draco mesh is larger than its accessors say: it has " +
+                                     std::to_string(mesh->points) + " vertices for " + std::to_string(points) + ", " +
+                                     std::to_string(mesh->indices.size() / 3) + " triangles for " +
+                                     std::to_string(faces) + " (" + where + ")");
     if (mesh->points < points || mesh->indices.size() / 3 < faces)
         expansion.warnings.push_back("the Draco mesh is smaller than its accessors say (" + where + ")");
     for (std::size_t i = 0; i < wanted.accessors.size(); ++i)

@@ -19,6 +19,15 @@ roughnessFactor under 1 or a metallicRoughnessTexture.
 An extension that is not here is ignored where it is optional, with a warning. Where a file requires it, it is refused, unless it is one
 of materials by its name (`VENDOR_materials_thing`): then surfaces have their material of glTF's core. Whatever a file says of its size
 is bounded before memory is taken.
+
+One fault does not refuse a file. An image or a photometric file that cannot be read is left out, and its luminaire is there, dark. A
+texture, sampler or image that is named and not there is none. Of values that are no numbers, normals and tangents are rebuilt, colours
+are white and texture coordinates 0. Triangles whose positions are no numbers are left out. A Draco mesh may have four times the vertices
+and triangles that its accessors say. Of each fault one warning says where it is. What lacks bytes that a mesh needs, a truncated file
+and a `minVersion` above 2.0 are refused.
+
+Scenes in survey coordinates are shifted towards the origin when they are loaded, and clients see and enter the file's own positions:
+[operations.md](operations.md#limits).
 )";
 
 std::string_view word_of(FeatureState state) {

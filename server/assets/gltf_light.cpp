@@ -1,4 +1,4 @@
-// KHR_lights_punctual and EXT_lights_ies -> LightSeed.
+// KHR_lights_punctual, EXT_lights_area and EXT_lights_ies -> LightSeed.
 #include <tiny_gltf.h>
 
 #include <algorithm>
@@ -17,6 +17,8 @@ namespace {
 using tinygltf::Value;
 
 constexpr double kMostCandela = 1e12;  // as in photometric files
+constexpr double kLeastPanel_m = 1e-6,
+                 kMostPanel_m = 1e5;  // of an area light's sides; its numbers are as great at most
 
 // Lights are told apart by name: repeats get a number.
 std::string unique_name(const SceneAsset& scene, const std::string& wanted) {
@@ -122,6 +124,61 @@ std::optional<Error> add_punctual(GltfImport& import, const LightNode& node, int
     return std::nullopt;
 }
 
+// The opening of a light of EXT_lights_area, in metres as the scene is scaled.
+Result<ies::Opening> opening_of_area(const Value& from, double scale, const std::string& where) {
+    const std::string type = from.Get("type").Get<std::string>();
+    const double size = number_of(from, "size", 1.0);
+    if (!(size > 0.0 && size <= kMostPanel_m))
+        return Error{"bad_gltf", where + "/size", print_number(size), "the size must be more than 0, at most 1e5"};
+    ies::Opening opening{ies::OpeningShape::ellipse, size * scale * m, size * scale * m, 0.0 * m};
+    if (type == "disk" || type == "disc") return opening;
+    if (type != "rect") return Error{"bad_gltf", where + "/type", type, "there is no such type of light"};
+    const double aspect = from.Has("rect") ? number_of(from.Get("rect"), "aspect", 1.0) : 1.0;
+    if (!(aspect > 0.0 && aspect <= kMostPanel_m))
+        return Error{"bad_gltf", where + "/rect/aspect", print_number(aspect),
+                     "the aspect must be more than 0, at most 1e5"};
+    opening.shape = ies::OpeningShape::rectangle;
+    opening.length = size * aspect * scale * m;  // along X, as C0 is
+    return opening;
+}
+
+// The draft of the Khronos Group's pull request 2525. The luminance is `intensity`; earlier files call it `luminance`.
+std::optional<Error> add_area(GltfImport& import, const LightNode& node, int index) {
+    const Value& from = import.document.model->extensions.at("EXT_lights_area").Get("lights").Get(index);
+    const std::string where = "/extensions/EXT_lights_area/lights/" + std::to_string(index);
+    if (!has_room(import)) return std::nullopt;
+    const auto opening = opening_of_area(from, node.scale * import.options.scale, where);
+    if (!opening) return opening.error();
+    const double length_m = opening->length.in(m), width_m = opening->width.in(m);
+    const char* const unit = from.Has("intensity") || !from.Has("luminance") ? "intensity" : "luminance";
+    LightSeed light;
+    light.multiplier = number_of(from, unit, 1000.0);
+    if (!(light.multiplier >= 0.0 && light.multiplier <= kMostCandela) ||
+        !(light.multiplier * length_m * width_m <= kMostCandela))
+        return Error{"bad_gltf", where + "/" + unit, print_number(light.multiplier),
+                     "the luminance must lie between 0 and 1e12 cd/m², and give 1e12 cd at most"};
+    if (from.Has("color")) {
+        const auto read = colour(from.Get("color"), where + "/color");
+        if (!read) return read.error();
+        light.color = *read;
+    }
+    if (!(std::min(length_m, width_m) >= kLeastPanel_m && std::max(length_m, width_m) <= kMostPanel_m)) {
+        import.warn("an area light of less than a micrometre or more than 100 km was left out; changes lux (/nodes/" +
+                    std::to_string(node.index) + ")");
+        return std::nullopt;
+    }
+    std::shared_ptr<const Profile>& panel = import.panels[{static_cast<double>(opening->shape), length_m, width_m}];
+    if (!panel) {
+        if (auto full = take_memory(import.room, 1, kBytesOfProfile, where)) return full;
+        panel = panel_profile(*opening);
+    }
+    light.profile = panel;
+    tables_of(*light.profile);
+    const std::string name = from.Has("name") ? from.Get("name").Get<std::string>() : std::string();
+    add_light(import, node, name, std::move(light));
+    return std::nullopt;
+}
+
 Result<std::shared_ptr<const Profile>> read_ies_profile(const GltfDocument& document,
                                                         const GltfDocument::IesSource& source,
                                                         const std::string& where) {
@@ -130,7 +187,7 @@ Result<std::shared_ptr<const Profile>> read_ies_profile(const GltfDocument& docu
     if (!source.uri.empty()) {
         place += "/uri";
         shown = shown_uri(source.uri);
-        if (name.empty() && source.uri.rfind("data:", 0) != 0) name = source.uri.substr(source.uri.rfind('/') + 1);
+        if (name.empty() && !is_data_uri(source.uri)) name = source.uri.substr(source.uri.rfind('/') + 1);
         auto read = read_uri(document.directory, source.uri, place, ies::kMaxFileBytes, ies::kMaxFileBytes);
         if (!read) return read.error();
         bytes = std::move(*read);
@@ -150,6 +207,15 @@ Result<std::shared_ptr<const Profile>> read_ies_profile(const GltfDocument& docu
     return Error{"bad_profile", place, shown, "the photometric file is refused: " + cause.code + ", " + cause.text()};
 }
 
+// What a luminaire has whose photometric file cannot be read: it is there and dark until it gets another profile.
+std::shared_ptr<const Profile> dark_profile(GltfImport& import, const GltfDocument::IesSource& source, int index,
+                                            const Error& why) {
+    import.dark_profiles.emplace(index, why);
+    std::string name = source.name;
+    if (name.empty() && !is_data_uri(source.uri)) name = source.uri.substr(source.uri.rfind('/') + 1);
+    return unlit_profile(shortened_text(name.empty() ? "ies" : name, kMaxNameBytes), why.code, why.message);
+}
+
 std::optional<Error> add_ies(GltfImport& import, const LightNode& node, const Value& extension) {
     const int index = extension.Get("light").GetNumberAsInt();
     const std::string root = "/extensions/EXT_lights_ies/lights/" + std::to_string(index);
@@ -159,10 +225,9 @@ std::optional<Error> add_ies(GltfImport& import, const LightNode& node, const Va
     if (!profile) {
         if (auto full = take_memory(import.room, 1, kBytesOfProfile, root)) return full;
         auto read = read_ies_profile(import.document, import.document.ies_lights[index], root);
-        if (!read) return read.error();
-        profile = *read;
+        profile = read ? *read : dark_profile(import, import.document.ies_lights[index], index, read.error());
         for (const auto& diagnostic : profile->photometry.diagnostics) {
-            if (diagnostic.severity == "warning") import.warn(diagnostic.message + " (" + root + ")");
+            if (read && diagnostic.severity == "warning") import.warn(diagnostic.message + " (" + root + ")");
         }
         const std::string& thinned = tables_of(*profile).thinned;
         if (!thinned.empty()) import.warn(thinned + " This changes lux (" + root + ")");
@@ -185,20 +250,40 @@ std::optional<Error> add_ies(GltfImport& import, const LightNode& node, const Va
 
 }  // namespace
 
+std::optional<Error> warn_of_dark_lights(GltfImport& import) {
+    constexpr std::size_t kNamed = 3;
+    for (const auto& [index, why] : import.dark_profiles) {
+        std::string names;
+        std::size_t count = 0;
+        for (const LightSeed& light : import.scene.lights) {
+            if (light.profile != import.ies_profiles[index] || ++count > kNamed) continue;
+            names += (count > 1 ? ", \"" : "\"") + light.name + "\"";
+        }
+        if (count > kNamed) names += " and " + std::to_string(count - kNamed) + " more";
+        const bool named = !why.value.empty() && !is_data_uri(why.value);
+        import.warn((count == 1 ? "a luminaire is dark: " : "luminaires are dark: ") + names + ", because " +
+                    why.message + "; changes lux (" + why.where + (named ? ": " + why.value : "") + ")");
+    }
+    return std::nullopt;
+}
+
 std::optional<Error> import_node_light(GltfImport& import, const LightNode& node) {
     const auto& extensions = import.document.model->nodes[node.index].extensions;
-    const auto punctual = extensions.find("KHR_lights_punctual");
-    const auto ies = extensions.find("EXT_lights_ies");
-    if (ies != extensions.end()) {
-        // A punctual light on the same node is the fallback of viewers without photometry: both would count twice.
-        if (punctual != extensions.end()) {
-            import.warn("the punctual light beside the measured one was left out; changes lux (/nodes/" +
-                        std::to_string(node.index) + ")");
-        }
-        return add_ies(import, node, ies->second);
-    }
-    if (punctual == extensions.end()) return std::nullopt;
-    return add_punctual(import, node, punctual->second.Get("light").GetNumberAsInt());
+    const auto light_of = [&](const char* extension) {
+        const auto found = extensions.find(extension);
+        return found == extensions.end() ? nullptr : &found->second;
+    };
+    const Value *const punctual = light_of("KHR_lights_punctual"), *const area = light_of("EXT_lights_area"),
+                       *const ies = light_of("EXT_lights_ies");
+    // A light on the node of a better one is the fallback of viewers that know no better: both would count twice.
+    const std::string where = "; changes lux (/nodes/" + std::to_string(node.index) + ")";
+    if (ies && area) import.warn("the area light beside the measured one was left out" + where);
+    if (ies && punctual) import.warn("the punctual light beside the measured one was left out" + where);
+    if (!ies && area && punctual) import.warn("the punctual light beside the area light was left out" + where);
+    if (ies) return add_ies(import, node, *ies);
+    if (area) return add_area(import, node, area->Get("light").GetNumberAsInt());
+    if (punctual) return add_punctual(import, node, punctual->Get("light").GetNumberAsInt());
+    return std::nullopt;
 }
 
 }  // namespace gonio

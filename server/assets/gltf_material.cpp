@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <span>
 #include <string>
 #include <tuple>
 
@@ -16,18 +17,27 @@ namespace {
 
 using tinygltf::Value;
 
-Result<Image> load_image(const GltfImport& import, int index) {
+// An image that cannot be read counts by what its header says: decoding it may take as long as a whole one.
+Result<Image> decode_counted(GltfImport& import, std::span<const std::byte> bytes, const std::string& where) {
+    const std::size_t room = std::min(kMaxSceneTexels - import.texels, import.room / kBytesOfTexel);
+    auto image = decode_image(bytes, where, room);
+    if (image) return image;
+    if (const auto size = image_size(bytes, where, room))
+        import.texels += static_cast<std::size_t>(size->width_px) * static_cast<std::size_t>(size->height_px);
+    return image;
+}
+
+Result<Image> load_image(GltfImport& import, int index) {
     const GltfDocument& document = import.document;
     const auto& source = document.images[index];
     const std::string where = "/images/" + std::to_string(index);
-    const std::size_t room = std::min(kMaxSceneTexels - import.texels, import.room / kBytesOfTexel);
     if (source.uri.empty()) {
         if (source.buffer_view < 0) return Error{"bad_gltf", where, "", "an image without uri and bufferView"};
-        return decode_image(view_bytes(document, source.buffer_view), where + "/bufferView", room);
+        return decode_counted(import, view_bytes(document, source.buffer_view), where + "/bufferView");
     }
     const auto bytes = read_uri(document.directory, source.uri, where + "/uri", kMaxSceneFileBytes, kMaxSceneFileBytes);
     if (!bytes) return bytes.error();
-    auto image = decode_image(*bytes, where + "/uri", room);
+    auto image = decode_counted(import, *bytes, where + "/uri");
     if (image) return image;
     Error error = image.error();
     if (error.value.empty()) error.value = shown_uri(source.uri);
@@ -51,8 +61,21 @@ std::string left_out(const tinygltf::Texture& texture, const std::string& where)
     return "a texture without an image was left out; changes lux (" + where + ")";
 }
 
-// image: becomes an index into scene.images, or -1 for a texture that names none. wrap_into: takes the sampler's modes.
-// linear: of the image.
+// Whether an image that cannot be read is left out, and the rest of the scene stays: not where it is memory that lacks,
+// or what reads pictures.
+bool is_of_one_image(const Error& error) {
+    return error.code != "too_large" && error.where.starts_with("/images/");
+}
+
+// The warning of such an image: why, and where.
+std::string image_left_out(const Error& error) {
+    const bool named = !error.value.empty() && !is_data_uri(error.value);
+    return "an image was left out, " + error.message + "; changes lux (" + error.where +
+           (named ? ": " + error.value : "") + ")";
+}
+
+// image: becomes an index into scene.images, or -1 for a texture that has none that can be read. wrap_into: takes the
+// sampler's modes. linear: of the image.
 std::optional<Error> import_texture(GltfImport& import, int texture_index, int& image, Material* wrap_into,
                                     bool linear = false) {
     const tinygltf::Model& model = *import.document.model;
@@ -69,7 +92,8 @@ std::optional<Error> import_texture(GltfImport& import, int texture_index, int& 
             } else if (mode == TINYGLTF_TEXTURE_WRAP_REPEAT) {
                 *wrap = Wrap::repeat;
             } else {
-                return Error{"bad_gltf", place + member, std::to_string(mode), "there is no such wrap mode"};
+                import.warn("there is no such wrap mode: the texture repeats; changes lux (" + place + member + ": " +
+                            std::to_string(mode) + ")");
             }
         }
     }
@@ -83,7 +107,12 @@ std::optional<Error> import_texture(GltfImport& import, int texture_index, int& 
     image = known->second;
     if (!is_new) return std::nullopt;
     auto loaded = load_image(import, source);
-    if (!loaded) return loaded.error();
+    if (!loaded) {
+        if (!is_of_one_image(loaded.error())) return loaded.error();
+        import.warn(image_left_out(loaded.error()));
+        known->second = image = -1;
+        return std::nullopt;
+    }
     const std::size_t texels = loaded->rgba.size() / 4;
     import.texels += texels;
     loaded->linear = linear;

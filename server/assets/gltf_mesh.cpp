@@ -10,6 +10,7 @@
 
 #include "server/assets/assets.h"
 #include "server/assets/gltf_features.h"
+#include "server/assets/gltf_finite.h"
 #include "server/assets/gltf_import.h"
 #include "server/assets/mesh_builder.h"
 
@@ -115,20 +116,26 @@ Error too_large(const std::string& where, std::size_t value, const char* message
     return Error{"too_large", where, std::to_string(value), message};
 }
 
-// Result: values of an attribute with the wanted components and one element per vertex.
+std::optional<Error> check_elements(const GltfDocument& document, int accessor, std::size_t components,
+                                    std::size_t count, const std::string& where) {
+    if (accessor_components(document, accessor) != components) {
+        return Error{"bad_gltf", where, std::to_string(accessor), "the accessor's type does not suit this attribute"};
+    }
+    if (accessor_count(document, accessor) != count) {
+        return Error{"bad_gltf", where, std::to_string(accessor_count(document, accessor)),
+                     "the attribute has not as many elements as there are positions"};
+    }
+    return std::nullopt;
+}
+
+// Result: values of an attribute with the wanted components and one element per vertex; not all need be finite.
 Result<std::vector<float>> attribute(const GltfDocument& document, const tinygltf::Primitive& primitive,
                                      const std::string& name, std::size_t components, std::size_t count,
                                      const std::string& where) {
     const int accessor = primitive.attributes.at(name);
-    const std::string place = where + "/attributes/" + name;
-    if (accessor_components(document, accessor) != components) {
-        return Error{"bad_gltf", place, std::to_string(accessor), "the accessor's type does not suit this attribute"};
-    }
-    if (accessor_count(document, accessor) != count) {
-        return Error{"bad_gltf", place, std::to_string(accessor_count(document, accessor)),
-                     "the attribute has not as many elements as there are positions"};
-    }
-    return read_floats(document, accessor);
+    if (auto error = check_elements(document, accessor, components, count, where + "/attributes/" + name))
+        return *error;
+    return read_any_floats(document, accessor);
 }
 
 // COLOR_0; where all are white the mesh needs none.
@@ -139,8 +146,10 @@ std::optional<Error> read_colors(GltfImport& import, const tinygltf::Primitive& 
     const std::size_t count = mesh.vertices.size(),
                       components = accessor_components(import.document, found->second) == 3 ? 3 : 4;
     if (auto full = take_memory(import.room, count, kBytesOfColor, where + "/attributes/COLOR_0")) return full;
-    const auto values = attribute(import.document, primitive, "COLOR_0", components, count, where);
+    auto values = attribute(import.document, primitive, "COLOR_0", components, count, where);
     if (!values) return values.error();
+    if (mend_values(*values, components, mesh, 1.0f))
+        import.warn("vertex colours that are no numbers are white; changes lux (" + where + ")");
     if (std::all_of(values->begin(), values->end(), [](float value) { return value == 1.0f; })) return std::nullopt;
     if (std::any_of(values->begin(), values->end(), [](float value) { return value < 0.0f || value > 1.0f; }))
         import.warn("vertex colours outside 0..1 were clamped; changes lux (" + where + ")");
@@ -161,17 +170,22 @@ std::optional<Error> read_tangents(GltfImport& import, const tinygltf::Primitive
     const std::size_t count = mesh.vertices.size();
     if (auto full = take_memory(import.room, count, kBytesOfTangent, where)) return full;
     if (!primitive.attributes.count("TANGENT") || !primitive.attributes.count("NORMAL")) return std::nullopt;
-    const auto values = attribute(import.document, primitive, "TANGENT", 4, count, where);
+    auto values = attribute(import.document, primitive, "TANGENT", 4, count, where);
     if (!values) return values.error();
+    const bool mended = mend_values(*values, 4, mesh, 0.0f);
+    const std::vector<bool> used = vertices_used(mesh);
+    bool all_good = !mended;
     for (std::size_t i = 0; i < count; ++i) {
         const glm::vec3 along = glm::make_vec3(&(*values)[4 * i]);
-        if (!(glm::length(along) > 1e-6f)) {
-            import.warn("tangents of length 0 were rebuilt from the texture coordinates; changes lux (" + where + ")");
-            mesh.tangents.clear();
-            return std::nullopt;
-        }
-        mesh.tangents.emplace_back(glm::normalize(along), (*values)[4 * i + 3] < 0.0f ? -1.0f : 1.0f);
+        const bool good = glm::length(along) > 1e-6f;
+        all_good = all_good && (good || !used[i]);
+        mesh.tangents.emplace_back(good ? glm::normalize(along) : glm::vec3(1.0f, 0.0f, 0.0f),
+                                   (*values)[4 * i + 3] < 0.0f ? -1.0f : 1.0f);
     }
+    if (all_good) return std::nullopt;
+    mesh.tangents.clear();
+    import.warn(std::string("tangents ") + (mended ? "that are no numbers" : "of length 0") +
+                " were rebuilt from the texture coordinates; changes lux (" + where + ")");
     return std::nullopt;
 }
 
@@ -181,8 +195,10 @@ std::optional<Error> read_second_uv(GltfImport& import, const tinygltf::Primitiv
     if (!primitive.attributes.count("TEXCOORD_1")) return std::nullopt;
     const std::size_t count = mesh.vertices.size();
     if (auto full = take_memory(import.room, count, kBytesOfSecondUv, where + "/attributes/TEXCOORD_1")) return full;
-    const auto values = attribute(import.document, primitive, "TEXCOORD_1", 2, count, where);
+    auto values = attribute(import.document, primitive, "TEXCOORD_1", 2, count, where);
     if (!values) return values.error();
+    if (mend_values(*values, 2, mesh, 0.0f))
+        import.warn("texture coordinates TEXCOORD_1 that are no numbers are 0 (" + where + ")");
     for (std::size_t i = 0; i < count; ++i) mesh.second_uv.push_back(glm::make_vec2(&(*values)[2 * i]));
     return std::nullopt;
 }
@@ -250,7 +266,22 @@ std::optional<Error> read_triangles(GltfImport& import, const tinygltf::Primitiv
     return std::nullopt;
 }
 
-std::optional<Error> import_primitive(GltfImport& import, const tinygltf::Primitive& primitive,
+// What the pose makes of the vertices: morph targets before the skin. Result: where a skinned mesh stands.
+Result<std::optional<glm::dvec3>> take_pose(GltfImport& import, const tinygltf::Primitive& primitive,
+                                            const MeshPose& pose, Mesh& mesh, const std::string& where) {
+    if (auto error = morph_vertices(import, primitive, pose.weights, mesh, where)) return *error;
+    if (pose.skin < 0) return std::optional<glm::dvec3>();
+    if (!is_skinned(primitive)) {
+        import.warn("a primitive without joints or weights is placed by its node, not by the skin; changes lux (" +
+                    where + ")");
+        return std::optional<glm::dvec3>();
+    }
+    const auto origin = skin_vertices(import, primitive, pose.skin, mesh, where);
+    if (!origin) return origin.error();
+    return std::optional<glm::dvec3>(*origin);
+}
+
+std::optional<Error> import_primitive(GltfImport& import, const tinygltf::Primitive& primitive, const MeshPose& pose,
                                       const std::string& where) {
     if (primitive.mode < 0 || primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN) {
         return Error{"bad_gltf", where + "/mode", std::to_string(primitive.mode), "there is no such primitive mode"};
@@ -259,9 +290,6 @@ std::optional<Error> import_primitive(GltfImport& import, const tinygltf::Primit
         import.warn(feature_warning("points and lines", where));
         return std::nullopt;
     }
-    if (!primitive.targets.empty()) {
-        import.warn(feature_warning("morph targets", where));
-    }
     if (!primitive.attributes.count("POSITION")) {
         import.warn("a primitive without positions was left out; changes lux (" + where + ")");
         return std::nullopt;
@@ -269,18 +297,25 @@ std::optional<Error> import_primitive(GltfImport& import, const tinygltf::Primit
     Mesh mesh;
     mesh.material = primitive.material >= 0 ? primitive.material : static_cast<int>(import.scene.materials.size()) - 1;
     if (auto error = read_vertices(import, primitive, mesh, where)) return error;
-    if (auto error = read_colors(import, primitive, mesh, where)) return error;
-    if (auto error = read_tangents(import, primitive, mesh, where)) return error;
-    if (auto error = read_second_uv(import, primitive, mesh, where)) return error;
     if (auto error = read_triangles(import, primitive, mesh, where)) return error;
     if (mesh.indices.empty()) {
         import.warn("a primitive without triangles was left out (" + where + ")");
         return std::nullopt;
     }
+    mend_vertices(import, mesh, where);
+    if (mesh.indices.empty()) return std::nullopt;
+    // Read after the triangles: a value that is no number matters only at a vertex that one of them uses.
+    if (auto error = read_colors(import, primitive, mesh, where)) return error;
+    if (auto error = read_tangents(import, primitive, mesh, where)) return error;
+    if (auto error = read_second_uv(import, primitive, mesh, where)) return error;
+    const auto origin = take_pose(import, primitive, pose, mesh, where);
+    if (!origin) return origin.error();
     if (primitive.attributes.count("NORMAL")) {
         compact(mesh);
+        const bool mended = mend_normals(mesh);
         if (repair_normals(mesh) > 0)
-            import.warn("normals of length 0 were rebuilt from the faces; changes lux (" + where + ")");
+            import.warn(std::string("normals ") + (mended ? "that are no numbers" : "of length 0") +
+                        " were rebuilt from the faces; changes lux (" + where + ")");
     } else {
         make_flat(mesh);
     }
@@ -295,20 +330,34 @@ std::optional<Error> import_primitive(GltfImport& import, const tinygltf::Primit
         return too_large(where, import.vertices, "the scene has too many vertices");
     if (mesh.indices.empty()) return std::nullopt;
     measure(mesh);
-    import.meshes_of_mesh.back().push_back(static_cast<int>(import.scene.meshes.size()));
+    import.meshes_of_pose[pose].push_back({static_cast<int>(import.scene.meshes.size()), *origin});
     import.scene.meshes.push_back(std::move(mesh));
     return std::nullopt;
 }
 
 }  // namespace
 
+Result<std::vector<float>> read_elements(const GltfDocument& document, int accessor, std::size_t components,
+                                         std::size_t count, const std::string& where) {
+    if (auto error = check_elements(document, accessor, components, count, where)) return *error;
+    return read_floats(document, accessor);
+}
+
 std::optional<Error> import_meshes(GltfImport& import) {
     const auto& meshes = import.document.model->meshes;
+    std::vector<std::vector<MeshPose>> poses(meshes.size());
+    for (const tinygltf::Node& node : import.document.model->nodes) {
+        if (node.mesh < 0) continue;
+        MeshPose pose = pose_of(import, node);
+        if (import.meshes_of_pose.try_emplace(pose).second) poses[node.mesh].push_back(std::move(pose));
+    }
     for (std::size_t i = 0; i < meshes.size(); ++i) {
-        import.meshes_of_mesh.emplace_back();
-        for (std::size_t k = 0; k < meshes[i].primitives.size(); ++k) {
-            const std::string where = "/meshes/" + std::to_string(i) + "/primitives/" + std::to_string(k);
-            if (auto error = import_primitive(import, meshes[i].primitives[k], where)) return error;
+        if (poses[i].empty()) poses[i].push_back({static_cast<int>(i), -1, {}});  // no node shows it
+        for (const MeshPose& pose : poses[i]) {
+            for (std::size_t k = 0; k < meshes[i].primitives.size(); ++k) {
+                const std::string where = "/meshes/" + std::to_string(i) + "/primitives/" + std::to_string(k);
+                if (auto error = import_primitive(import, meshes[i].primitives[k], pose, where)) return error;
+            }
         }
     }
     return std::nullopt;

@@ -17,49 +17,6 @@ namespace {
 
 constexpr double kMinFov_rad = 0.02, kMaxFov_rad = 3.0;  // as of set_camera
 
-bool is_finite(const glm::dmat4& matrix) {
-    for (int c = 0; c < 4; ++c) {
-        for (int r = 0; r < 4; ++r) {
-            // Beyond this, single precision behind the seam overflows.
-            if (!(std::abs(matrix[c][r]) < 1e30)) return false;
-        }
-    }
-    return true;
-}
-
-struct Local {
-    glm::dmat4 matrix{1.0};
-    glm::dmat3 axes{1.0};  // without the node's own scale where it is stated apart
-};
-
-Result<Local> local_transform(const tinygltf::Node& node, const std::string& where) {
-    Local local;
-    if (node.matrix.size() == 16) {
-        for (int i = 0; i < 16; ++i) local.matrix[i / 4][i % 4] = node.matrix[i];
-        if (local.matrix[0][3] != 0.0 || local.matrix[1][3] != 0.0 || local.matrix[2][3] != 0.0 ||
-            local.matrix[3][3] != 1.0) {
-            return Error{"bad_gltf", where + "/matrix", "", "the last row of a node's matrix must be 0 0 0 1"};
-        }
-        local.axes = glm::dmat3(local.matrix);
-        return local;
-    }
-    const auto vector = [](const std::vector<double>& from, const glm::dvec3& fallback) {
-        return from.size() == 3 ? glm::dvec3(from[0], from[1], from[2]) : fallback;
-    };
-    if (node.rotation.size() == 4) {
-        const glm::dquat turn(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]);
-        if (!(glm::length(turn) > 1e-6)) {
-            return Error{"bad_gltf", where + "/rotation", "0", "the quaternion has no length"};
-        }
-        local.axes = glm::mat3_cast(glm::normalize(turn));
-    }
-    const glm::dvec3 scale = vector(node.scale, glm::dvec3(1.0));
-    local.matrix = glm::dmat4(local.axes);
-    for (int c = 0; c < 3; ++c) local.matrix[c] *= scale[c];
-    local.matrix[3] = glm::dvec4(vector(node.translation, glm::dvec3(0.0)), 1.0);
-    return local;
-}
-
 // The rotation nearest to what the axes do to -Z and +X: -Z is kept exactly, so that a light or camera under a mirrored
 // or skewed parent aims where the parent's geometry does.
 glm::dquat orientation(const glm::dmat3& axes) {
@@ -130,8 +87,23 @@ int mirrored(GltfImport& import, int mesh) {
     return known->second;
 }
 
-std::optional<Error> add_meshes(GltfImport& import, const tinygltf::Node& node, const glm::dmat4& world,
-                                const std::string& where) {
+// mesh: an index into scene.meshes.
+std::optional<Error> add_mesh_of(GltfImport& import, const tinygltf::Node& node, int mesh, const glm::dmat4& world,
+                                 const std::string& where) {
+    auto& scene = import.scene;
+    const std::size_t count = scene.meshes[mesh].indices.size() / 3;
+    import.triangles += count;
+    if (import.triangles > kMaxSceneTriangles || scene.instances.size() >= kMaxSceneInstances) {
+        return Error{"too_large", where + "/mesh", std::to_string(node.mesh),
+                     "the scene has too many instances or triangles"};
+    }
+    if (auto full = take_memory(import.room, count, kBytesOfTriangle, where + "/mesh")) return full;
+    add_instance(scene, mesh, node.name, world);
+    return std::nullopt;
+}
+
+std::optional<Error> add_meshes(GltfImport& import, const tinygltf::Node& node, const std::vector<PosedMesh>& meshes,
+                                const glm::dmat4& world, const std::string& where) {
     const glm::dmat3 axes(world);
     const double volume = glm::dot(axes[0], glm::cross(axes[1], axes[2]));
     const double size = glm::length(axes[0]) * glm::length(axes[1]) * glm::length(axes[2]);
@@ -139,17 +111,9 @@ std::optional<Error> add_meshes(GltfImport& import, const tinygltf::Node& node, 
         import.warn("a mesh that its node flattens was left out; changes lux (" + where + ")");
         return std::nullopt;
     }
-    for (const int mesh : import.meshes_of_mesh[node.mesh]) {
-        const int facing = volume > 0.0 ? mesh : mirrored(import, mesh);
-        auto& scene = import.scene;
-        const std::size_t count = scene.meshes[facing].indices.size() / 3;
-        import.triangles += count;
-        if (import.triangles > kMaxSceneTriangles || scene.instances.size() >= kMaxSceneInstances) {
-            return Error{"too_large", where + "/mesh", std::to_string(node.mesh),
-                         "the scene has too many instances or triangles"};
-        }
-        if (auto full = take_memory(import.room, count, kBytesOfTriangle, where + "/mesh")) return full;
-        add_instance(scene, facing, node.name, world);
+    for (const PosedMesh& posed : meshes) {
+        const int facing = volume > 0.0 ? posed.mesh : mirrored(import, posed.mesh);
+        if (auto error = add_mesh_of(import, node, facing, world, where)) return error;
     }
     return std::nullopt;
 }
@@ -157,12 +121,26 @@ std::optional<Error> add_meshes(GltfImport& import, const tinygltf::Node& node, 
 std::optional<Error> add_instances(GltfImport& import, const tinygltf::Node& node, const glm::dmat4& world,
                                    const std::string& where) {
     if (node.mesh < 0) return std::nullopt;
+    std::vector<PosedMesh> placed_by_node;
+    bool skinned = false;
+    for (const PosedMesh& posed : import.meshes_of_pose[pose_of(import, node)]) {
+        if (!posed.origin) {
+            placed_by_node.push_back(posed);
+            continue;
+        }
+        skinned = true;
+        const glm::dmat4 there = glm::translate(glm::dmat4(1.0), *posed.origin);
+        if (auto error = add_mesh_of(import, node, posed.mesh, there, where)) return error;
+    }
     const auto instances = instances_of(import, node, where);
     if (!instances) return instances.error();
+    if (skinned && instances->size() != 1)
+        import.warn("a skinned mesh stands once, where its joints put it; changes lux (" + where + ")");
+    if (placed_by_node.empty()) return std::nullopt;
     for (const glm::dmat4& node_from_instance : *instances) {
         const glm::dmat4 placed = world * node_from_instance;
-        if (!is_finite(placed)) return Error{"bad_gltf", where, node.name, "an instance's place is too far"};
-        if (auto error = add_meshes(import, node, placed, where)) return error;
+        if (!is_placeable(placed)) return Error{"bad_gltf", where, node.name, "an instance's place is too far"};
+        if (auto error = add_meshes(import, node, placed_by_node, placed, where)) return error;
     }
     return std::nullopt;
 }
@@ -211,24 +189,32 @@ std::optional<Error> import_nodes(GltfImport& import) {
     struct Visit {
         int node;
         glm::dmat4 world_from_parent;
+        bool shown;  // by those above it
     };
     std::vector<Visit> open;
     const std::vector<int> first = roots(import);
-    for (auto it = first.rbegin(); it != first.rend(); ++it) open.push_back({*it, glm::dmat4(1.0)});
+    for (auto it = first.rbegin(); it != first.rend(); ++it) open.push_back({*it, glm::dmat4(1.0), true});
     while (!open.empty()) {
         const Visit visit = open.back();
         open.pop_back();
         const auto& node = import.document.model->nodes[visit.node];
         const std::string where = "/nodes/" + std::to_string(visit.node);
-        const auto local = local_transform(node, where);
+        const auto local = transform_of(node, where);
         if (!local) return local.error();
         const glm::dmat4 world = visit.world_from_parent * local->matrix;
-        if (!is_finite(world)) return Error{"bad_gltf", where, node.name, "the node's place is not finite or too far"};
-        if (auto error = add_instances(import, node, world, where)) return error;
+        if (!is_placeable(world))
+            return Error{"bad_gltf", where, node.name, "the node's place is not finite or too far"};
+        const Result<bool> shown = visit.shown ? is_visible(import, visit.node) : Result<bool>(false);
+        if (!shown) return shown.error();
+        if (*shown)
+            if (auto error = add_instances(import, node, world, where)) return error;
         const glm::dquat turn = orientation(glm::dmat3(visit.world_from_parent) * local->axes);
         add_camera(import, node, glm::dvec3(world[3]), turn, where);
-        if (auto error = import_node_light(import, {visit.node, glm::dvec3(world[3]), turn})) return error;
-        for (auto it = node.children.rbegin(); it != node.children.rend(); ++it) open.push_back({*it, world});
+        const double scale = std::max(
+            {glm::length(glm::dvec3(world[0])), glm::length(glm::dvec3(world[1])), glm::length(glm::dvec3(world[2]))});
+        if (*shown)
+            if (auto error = import_node_light(import, {visit.node, glm::dvec3(world[3]), turn, scale})) return error;
+        for (auto it = node.children.rbegin(); it != node.children.rend(); ++it) open.push_back({*it, world, *shown});
     }
     return check_cameras(import);
 }

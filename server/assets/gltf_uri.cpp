@@ -8,12 +8,15 @@
 #include <system_error>
 
 #include "server/assets/assets.h"
+#include "server/assets/decomposed_text.h"
 #include "server/assets/gltf_document.h"
 
 namespace gonio {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t kMostNamesSeen = 65'536;  // of a folder, while a name that is spelt otherwise is looked for
 
 // RFC 3986, 2.1. A '%' without two digits stays as it is: some exporters write file names unencoded.
 std::string percent_decoded(std::string_view text) {
@@ -65,6 +68,17 @@ std::optional<std::vector<std::byte>> base64_decoded(std::string_view text) {
     return result;
 }
 
+// Whether the texts are the same but for capitals of ASCII.
+bool same_letters(std::string_view a, std::string_view b) {
+    const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; };
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [&](char x, char y) { return lower(x) == lower(y); });
+}
+
+bool ends_with_base64(std::string_view header) {
+    constexpr std::string_view mark = ";base64";
+    return header.size() >= mark.size() && same_letters(header.substr(header.size() - mark.size()), mark);
+}
+
 Result<std::vector<std::byte>> read_data_uri(const std::string& uri, const std::string& where, std::size_t limit,
                                              std::size_t hard_limit) {
     const std::size_t comma = uri.find(',');
@@ -72,7 +86,7 @@ Result<std::vector<std::byte>> read_data_uri(const std::string& uri, const std::
     const std::string_view header = std::string_view(uri).substr(0, comma),
                            payload = std::string_view(uri).substr(comma + 1);
     std::vector<std::byte> bytes;
-    if (header.ends_with(";base64")) {
+    if (ends_with_base64(header)) {
         // Some writers percent-encode '+' and '/' of the payload; the alphabet itself has no '%'.
         auto decoded = base64_decoded(payload.find('%') == std::string_view::npos ? payload : percent_decoded(payload));
         if (!decoded) return Error{"bad_gltf", where, shown_uri(uri), "a data URI whose base64 is malformed"};
@@ -103,7 +117,43 @@ bool is_inside(const fs::path& directory, const fs::path& file) {
     return std::mismatch(root.begin(), root.end(), real.begin(), real.end()).first == root.end();
 }
 
+bool is_ascii(std::string_view text) {
+    return std::all_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x80; });
+}
+
+// The file of this name whose accents are spelt otherwise: in one character with their letter or in two, as some file
+// systems and archives turn one into the other. Result: its path from the directory; none where there is no such file.
+std::optional<fs::path> spelt_otherwise(const fs::path& directory, const fs::path& relative) {
+    fs::path found;
+    std::error_code failed;
+    for (const fs::path& part : relative) {
+        if (fs::exists(directory / found / part, failed)) {
+            found /= part;
+            continue;
+        }
+        const std::string wanted = decomposed_text(part.string());
+        if (is_ascii(wanted)) return std::nullopt;                          // it has no other spelling
+        if (!is_inside(directory, directory / found)) return std::nullopt;  // nothing outside is listed
+        std::optional<fs::path> other;
+        std::size_t seen = 0;
+        for (fs::directory_iterator entry(directory / found, failed), end; !failed && entry != end && !other;
+             entry.increment(failed)) {
+            if (++seen > kMostNamesSeen) break;
+            const fs::path name = entry->path().filename();
+            if (decomposed_text(name.string()) == wanted) other = name;
+        }
+        if (!other) return std::nullopt;
+        found /= *other;
+    }
+    return found;
+}
+
 }  // namespace
+
+bool is_data_uri(std::string_view uri) {
+    constexpr std::string_view scheme = "data:";
+    return same_letters(uri.substr(0, scheme.size()), scheme);
+}
 
 std::string shown_uri(const std::string& uri) {
     return uri.size() > 80 ? uri.substr(0, 77) + "..." : uri;
@@ -117,7 +167,9 @@ Result<fs::path> file_of_uri(const fs::path& directory, const std::string& uri, 
     if (directory.empty()) return refused("missing_file", "files beside this one are not read");
     std::error_code failed;
     // Decoded first, as the specification says; then as written, for exporters that do not encode.
-    for (const std::string& name : {percent_decoded(uri), uri}) {
+    std::vector<std::string> names{percent_decoded(uri)};
+    if (names.front() != uri) names.push_back(uri);
+    for (const std::string& name : names) {
         if (name.empty() || name.size() > 4096 || name.find('\0') != std::string::npos) {
             return refused("bad_gltf", "the URI names no file");
         }
@@ -126,17 +178,21 @@ Result<fs::path> file_of_uri(const fs::path& directory, const std::string& uri, 
             return refused("bad_gltf", "the URI leaves the directory of the glTF file");
         }
         const fs::path file = directory / relative;
-        if (!fs::exists(file, failed)) continue;
-        if (!is_inside(directory, file)) return refused("bad_gltf", "the URI leaves the directory of the glTF file");
-        if (!fs::is_regular_file(file, failed)) return refused("bad_gltf", "the URI does not name a regular file");
-        return relative;
+        const std::optional<fs::path> written =
+            fs::exists(file, failed) ? relative : spelt_otherwise(directory, relative);
+        if (!written) continue;
+        if (!is_inside(directory, directory / *written))
+            return refused("bad_gltf", "the URI leaves the directory of the glTF file");
+        if (!fs::is_regular_file(directory / *written, failed))
+            return refused("bad_gltf", "the URI does not name a regular file");
+        return *written;
     }
     return refused("missing_file", "the file is missing");
 }
 
 Result<std::vector<std::byte>> read_uri(const fs::path& directory, const std::string& uri, const std::string& where,
                                         std::size_t limit, std::size_t hard_limit) {
-    if (uri.starts_with("data:")) return read_data_uri(uri, where, limit, hard_limit);
+    if (is_data_uri(uri)) return read_data_uri(uri, where, limit, hard_limit);
     const auto relative = file_of_uri(directory, uri, where);
     if (!relative) return relative.error();
     const auto refused = [&](const char* code, std::string message) {

@@ -36,13 +36,9 @@ Result<Value> by_module(Result<Value> (*PictureModule::*function)(Parameters...)
     return ((*module)->*function)(std::forward<Arguments>(arguments)...);
 }
 
-struct Size {
-    int width_px = 0, height_px = 0;
-};
-
 // The size that a JPEG's frame header says (ITU-T T.81, B.2.2); none where there is no such header before a scan.
 // OpenImageIO's reader allocates all coefficients of a progressive one when it opens it.
-std::optional<Size> jpeg_size(std::span<const std::byte> bytes) {
+std::optional<ImageSize> jpeg_size(std::span<const std::byte> bytes) {
     const auto byte = [&](std::size_t at) { return std::to_integer<int>(bytes[at]); };
     for (std::size_t at = 2; at + 9 <= bytes.size();) {
         const int marker = byte(at + 1);
@@ -52,11 +48,45 @@ std::optional<Size> jpeg_size(std::span<const std::byte> bytes) {
         }
         if (marker == 0xDA || marker == 0xD9) return std::nullopt;
         const bool frame = marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
-        if (frame) return Size{byte(at + 7) << 8 | byte(at + 8), byte(at + 5) << 8 | byte(at + 6)};
+        if (frame) return ImageSize{byte(at + 7) << 8 | byte(at + 8), byte(at + 5) << 8 | byte(at + 6)};
         const bool alone = marker == 0x01 || (marker >= 0xD0 && marker <= 0xD8);
         at += alone ? 2u : 2u + static_cast<std::size_t>(byte(at + 2) << 8 | byte(at + 3));
     }
     return std::nullopt;
+}
+
+// The size in a PNG's first chunk (ISO/IEC 15948, 11.2.2); none where that is another one.
+std::optional<ImageSize> png_size(std::span<const std::byte> bytes) {
+    constexpr std::size_t kHeader_bytes = 33;
+    const auto number = [&](std::size_t at) {
+        std::int64_t value = 0;
+        for (std::size_t i = at; i < at + 4; ++i) value = value << 8 | std::to_integer<int>(bytes[i]);
+        return static_cast<int>(std::min<std::int64_t>(value, INT32_MAX));
+    };
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    if (text.size() < kHeader_bytes || text.substr(12, 4) != "IHDR") return std::nullopt;
+    return ImageSize{number(16), number(20)};
+}
+
+std::optional<ImageSize> webp_size(std::span<const std::byte> bytes) {
+    WebPBitstreamFeatures features;
+    const auto* const from = reinterpret_cast<const std::uint8_t*>(bytes.data());
+    if (WebPGetFeatures(from, bytes.size(), &features) != VP8_STATUS_OK || features.has_animation) return std::nullopt;
+    return ImageSize{features.width, features.height};
+}
+
+enum class PictureFormat : std::uint8_t { png, jpeg, webp, other };
+
+// The two formats of glTF 2.0 (3.8.4 "Images") and WebP, told apart by content.
+PictureFormat format_of(std::span<const std::byte> bytes) {
+    const std::string_view head(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 12));
+    if (head.substr(0, 4) == "RIFF" && head.size() == 12 && head.substr(8) == "WEBP") return PictureFormat::webp;
+    if (head.substr(0, 4) == "\x89PNG") return PictureFormat::png;
+    return head.substr(0, 3) == "\xff\xd8\xff" ? PictureFormat::jpeg : PictureFormat::other;
+}
+
+Error unknown_format(const std::string& where) {
+    return {"bad_image", where, "", "the image is neither PNG nor JPEG nor WebP"};
 }
 
 Result<Image> decode_webp(std::span<const std::byte> bytes, const std::string& where, std::size_t max_pixels) {
@@ -129,16 +159,26 @@ Result<ExrFile> read_exr(const std::string& path) {
 }
 
 Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& where, std::size_t max_pixels) {
-    const std::string_view head(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 12));
-    if (head.substr(0, 4) == "RIFF" && head.size() == 12 && head.substr(8) == "WEBP")
-        return decode_webp(bytes, where, max_pixels);
-    // The two formats of glTF 2.0 (3.8.4 "Images"), told apart by content: no other reader ever sees these bytes.
-    const bool png = head.substr(0, 4) == "\x89PNG", jpeg = head.substr(0, 3) == "\xff\xd8\xff";
-    if (!png && !jpeg) return Error{"bad_image", where, "", "the image is neither PNG nor JPEG nor WebP"};
+    const PictureFormat format = format_of(bytes);
+    if (format == PictureFormat::webp) return decode_webp(bytes, where, max_pixels);
+    if (format == PictureFormat::other) return unknown_format(where);  // no other reader ever sees these bytes
+    const bool png = format == PictureFormat::png, jpeg = !png;
     if (const auto said = jpeg ? jpeg_size(bytes) : std::nullopt) {
         if (auto error = check_size(said->width_px, said->height_px, max_pixels, where)) return *error;
     }
     return by_module(&PictureModule::decode, bytes, png, where, max_pixels);
+}
+
+Result<ImageSize> image_size(std::span<const std::byte> bytes, const std::string& where, std::size_t max_pixels) {
+    const PictureFormat format = format_of(bytes);
+    if (format == PictureFormat::other) return unknown_format(where);
+    const auto size = format == PictureFormat::png    ? png_size(bytes)
+                      : format == PictureFormat::jpeg ? jpeg_size(bytes)
+                                                      : webp_size(bytes);
+    if (!size || size->width_px < 1 || size->height_px < 1)
+        return Error{"bad_image", where, "", "the image's header is damaged"};
+    if (auto error = check_size(size->width_px, size->height_px, max_pixels, where)) return *error;
+    return *size;
 }
 
 Result<BytePicture> decode_picture(std::span<const std::byte> bytes, const std::string& where) {

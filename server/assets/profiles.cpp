@@ -23,14 +23,17 @@ std::shared_ptr<const Profile> shared_profile(std::string name, ies::Photometry 
 
 // intensity_cd over v_rad, the same in every half-plane.
 std::shared_ptr<const Profile> rotational_profile(std::string name, std::vector<double> v_rad,
-                                                  const std::vector<float>& intensity_cd) {
+                                                  const std::vector<float>& intensity_cd,
+                                                  const ies::Opening& opening = {}) {
     ies::Photometry photometry;
+    photometry.opening = opening;
     photometry.web.v_rad = std::move(v_rad);
     photometry.web.h_rad = {0.0, 2.0 * std::numbers::pi};
     for (int plane = 0; plane < 2; ++plane) {
         photometry.web.candela.insert(photometry.web.candela.end(), intensity_cd.begin(), intensity_cd.end());
     }
-    photometry.provenance.format = "KHR_lights_punctual";
+    photometry.provenance.format =
+        opening.shape == ies::OpeningShape::point ? "KHR_lights_punctual" : "EXT_lights_area";
     photometry.provenance.absolute = true;
     photometry.provenance.lumens_per_lamp = -1.0;
     return shared_profile(std::move(name), std::move(photometry));
@@ -58,6 +61,17 @@ Result<std::shared_ptr<const Profile>> builtin_profile(const std::string& name) 
     auto profile = make_profile(name, text);
     if (profile) made.emplace(name, *profile);
     return profile;
+}
+
+std::shared_ptr<const Profile> unlit_profile(std::string name, std::string code, std::string why) {
+    ies::Photometry photometry;
+    photometry.web.v_rad = {0.0, std::numbers::pi};
+    photometry.web.h_rad = {0.0, 2.0 * std::numbers::pi};
+    photometry.web.candela.assign(4, 0.0f);
+    photometry.provenance.absolute = true;
+    photometry.provenance.lumens_per_lamp = -1.0;
+    photometry.diagnostics.push_back({std::move(code), "warning", 0, 0, std::move(why)});
+    return shared_profile(std::move(name), std::move(photometry));
 }
 
 std::shared_ptr<const Profile> punctual_point_profile() {
@@ -93,6 +107,20 @@ std::shared_ptr<const Profile> punctual_spot_profile(double inner_cone_rad, doub
         ratio.push_back(static_cast<float>(scaled * scaled));
     }
     return rotational_profile("spot", std::move(v_rad), ratio);
+}
+
+// The web is linear between its angles; at half a degree it keeps within 1e-5 of the cosine.
+std::shared_ptr<const Profile> panel_profile(const ies::Opening& opening) {
+    constexpr int steps = 180;
+    const double sides_m2 = opening.length.in(m)*opening.width.in(m);
+    const double area_m2 = opening.shape == ies::OpeningShape::ellipse ? sides_m2 * std::numbers::pi / 4.0 : sides_m2;
+    std::vector<double> v_rad;
+    std::vector<float> intensity_cd;
+    for (int i = 0; i <= steps; ++i) {
+        v_rad.push_back(std::numbers::pi / 2.0 * i / steps);
+        intensity_cd.push_back(i == steps ? 0.0f : static_cast<float>(area_m2 * std::cos(v_rad.back())));
+    }
+    return rotational_profile("panel", std::move(v_rad), intensity_cd, opening);
 }
 
 }  // namespace gonio

@@ -14,10 +14,6 @@
 namespace gonio {
 namespace {
 
-Error unwritable(const std::string& path, int reason) {
-    return {"file_unwritable", "", path, std::generic_category().message(reason)};
-}
-
 // Result: 0, or why not everything is on the disk.
 int write_whole(int fd, std::string_view bytes) {
     while (!bytes.empty()) {
@@ -37,6 +33,10 @@ std::string aside_name(const std::string& path, const std::string& ending, int n
 }
 
 }  // namespace
+
+Error unwritable(const std::string& path, int reason) {
+    return {"file_unwritable", "", path, std::generic_category().message(reason)};
+}
 
 void sync_folder_of(const std::string& path) {
     const std::string folder = std::filesystem::path(path).parent_path().string();

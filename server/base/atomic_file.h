@@ -10,6 +10,9 @@
 
 namespace gonio {
 
+// Result: the error of a path that cannot be written; the reason is an errno.
+Error unwritable(const std::string& path, int reason);
+
 // Writes PATH.part beside the file, brings it to the disk and renames it: whoever reads PATH, also after a crash, gets
 // the old content or the new one. A file that is replaced hands on its permissions. Errors: "file_unwritable" with the
 // path and the system's reason; PATH is as before.

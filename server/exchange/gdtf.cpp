@@ -38,6 +38,7 @@ constexpr auto kStandardColors = std::to_array<StandardColor>({
     {"UV", {0.176, 0.005, 0.6}},
 });
 
+constexpr std::string_view kPhotometric = "photometric/";  // the folder of Beam@Photometric
 constexpr const char* kNoNumber = "a value is no number: its default stands";
 
 bool same_letters(std::string_view a, std::string_view b) {
@@ -65,15 +66,6 @@ std::string model_entry(std::span<const std::string> entries, const std::string&
                 return entry;
     }
     return {};
-}
-
-// Result: of the attribute `Color`; a text that is none is noted.
-std::optional<Color> noted_color(GdtfRead& read, const pugi::xml_node& node, const std::string& name) {
-    const std::string_view text = attribute_of(node, "Color");
-    const auto color = color_of(text);
-    if (!color && !text.empty() && text != "None")
-        read.note(Outcome::left_out, "a colour is none", written(name, "Color", text));
-    return color;
 }
 
 void read_models(GdtfRead& read, std::span<const std::string> entries) {
@@ -131,7 +123,7 @@ void read_physics(GdtfRead& read) {
             read.note(Outcome::defaulted, "an emitter or filter has no colour: that of its attribute",
                       list.back().name);
     };
-    for (const pugi::xml_node node : physics.child("Emitters").children("Emitter")) add(read.type.emitters, node);
+    read_emitters(read, physics.child("Emitters"));
     for (const pugi::xml_node node : physics.child("Filters").children("Filter")) add(read.type.filters, node);
     for (const pugi::xml_node node : physics.child("DMXProfiles").children("DMXProfile")) {
         DmxProfile profile{text_of(node, "Name"), {}, false};
@@ -167,6 +159,7 @@ std::optional<Error> read_modes(GdtfRead& read) {
             continue;
         }
         if (auto error = read_channels(read, node, mode, breaks)) return error;
+        guess_beam(read.type, mode);
         read.type.modes.push_back(std::move(mode));
     }
     return std::nullopt;
@@ -189,6 +182,14 @@ std::optional<long long> GdtfRead::whole_number(const pugi::xml_node& node, cons
     return value;
 }
 
+std::optional<Color> noted_color(GdtfRead& read, const pugi::xml_node& node, const std::string& name) {
+    const std::string_view text = attribute_of(node, "Color");
+    const auto color = color_of(text);
+    if (!color && !text.empty() && text != "None")
+        read.note(Outcome::left_out, "a colour is none", written(name, "Color", text));
+    return color;
+}
+
 std::optional<Color> color_of(std::string_view text) {
     double numbers[3];
     std::size_t count = 0;
@@ -206,6 +207,10 @@ std::optional<Color> color_of(std::string_view text) {
 }
 
 std::optional<Color> standard_color(std::string_view attribute) {
+    for (const auto& [name, same] : {std::pair<std::string_view, std::string_view>{"ColorRGB_Red", "ColorAdd_R"},
+                                     {"ColorRGB_Green", "ColorAdd_G"},
+                                     {"ColorRGB_Blue", "ColorAdd_B"}})
+        if (attribute == name) attribute = same;
     if (!attribute.starts_with("ColorAdd_") && !attribute.starts_with("ColorSub_")) return std::nullopt;
     for (const StandardColor& one : kStandardColors)
         if (attribute.substr(9) == one.attribute) return one.color;
@@ -241,6 +246,10 @@ Result<FixtureType> read_description(std::string_view xml, std::span<const std::
             return Error{"too_large", list, std::to_string(items),
                          "there are at most " + std::to_string(kMaxItems) + " of them"};
     }
+    for (const std::string& entry : entries)
+        if (entry.size() > kPhotometric.size() && same_letters(entry.substr(0, kPhotometric.size()), kPhotometric))
+            type.photometric.push_back(entry);
+    find_photometric(read);
     find_top_level(read);
     read_physics(read);
     read_wheels(read, entries);

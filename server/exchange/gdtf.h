@@ -32,7 +32,7 @@ inline constexpr int kMostSlot = 512;  // of a break
 
 // CIE 1931 x, y, and Y in percent.
 struct Color {
-    double x = 0.3127, y = 0.3290, luminance_percent = 100.0;
+    double x = 0.3127, y = 0.3290, luminance_percent = 100.0;  // below 0: that of the function's attribute
 };
 
 // A value of the file, or its default.
@@ -53,6 +53,8 @@ struct Beam {
     Given<double> throw_ratio{1.0}, rectangle_ratio{1.7777}, color_rendering_index{100.0}, power_w{1000.0};
     Given<BeamType> type{BeamType::wash};
     Given<std::string> lamp_type{"Discharge"};
+    std::string photometric;  // entry of the archive, an .ies or .ldt, which goes before flux and angles; empty: none
+    bool guessed = false;     // the file has no beam: GDTF's defaults stand for it
 };
 
 struct Model {
@@ -63,7 +65,7 @@ struct Model {
     std::string entry;       // of the archive, .glb or .3ds; empty: none
 };
 
-enum class GeometryKind : std::uint8_t { plain, axis, beam, other };
+enum class GeometryKind : std::uint8_t { plain, axis, beam, media_server, display, laser, other };
 
 // A node of a mode's tree. A reference is a node with the children of what it refers to.
 struct Geometry {
@@ -153,6 +155,7 @@ struct FixtureType {
     std::vector<Wheel> wheels;
     std::vector<Model> models;
     std::vector<Mode> modes;
+    std::vector<std::string> photometric;  // entries of the archive's photometric files
     exchange::ImportReport report;
 };
 
@@ -185,6 +188,11 @@ std::uint32_t in_bytes(const DmxValue& value, int bytes);  // 1..4
 constexpr std::uint32_t greatest_of(int bytes) {
     return bytes >= 4 ? 0xFFFFFFFFu : (1u << 8 * bytes) - 1;
 }
+
+// Result: why a mode without a beam lights nothing, in words of a report. nullptr: it is a luminaire.
+// By its attributes or emitters it is one, unless it is a media server, display, laser or hazer. Then the innermost of
+// its geometries and axes, of several the first, has got GDTF's default beam.
+const char* why_dark(const FixtureType& type, const Mode& mode);
 
 // Result: the colour of a standard attribute ("ColorAdd_R", "ColorSub_C"), as the standard's list has it.
 std::optional<Color> standard_color(std::string_view attribute);

@@ -38,10 +38,19 @@ std::vector<ChannelValue> default_values(const FixtureType& type, const Mode& mo
 // A DMX profile's output of x, both 0..1: the piece with the greatest DMXPercentage <= x; 0 where there is none.
 double profile_output(const DmxProfile& profile, double x);
 
-// Result: the colour of a function's emitter or filter, else of its attribute: the file's own or the standard's.
+// Whether the attribute adds light of a colour: ColorAdd_…, and ColorRGB_Red, _Green, _Blue in modes without those,
+// which mix_by_rgb() tells.
+bool adds_light(std::string_view attribute, bool by_rgb);
+bool mix_by_rgb(const Mode& mode);
+// Result: the colour of a function's emitter or filter, else of its attribute: the file's own or the standard's. So is
+// the luminance of an emitter of which only a wavelength is known.
 Color color_of_function(const FixtureType& type, const ChannelFunction& function);
 // Result: linear Rec.709 of the colour, its luminance as the share that passes or shines.
 glm::dvec3 rgb_of(const Color& color);
+// Result: likewise of an emitter's, with components below 0 for what Rec.709 lacks.
+glm::dvec3 wide_rgb_of(const Color& color);
+// Result: what the slot that a set of a function chooses lets through; 1 where it has no colour, or there is none.
+glm::dvec3 slot_filter(const FixtureType& type, const ChannelFunction& function, int set);
 // Result: a component of 0 to 1, clamped; of a function whose physical values go beyond 1.5 the share of the greatest.
 double component(const ChannelFunction& function, double physical);
 

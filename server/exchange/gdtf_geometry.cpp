@@ -11,14 +11,17 @@ namespace {
 using exchange::MatrixState;
 using exchange::Outcome;
 
-constexpr auto kOthers = std::to_array<std::string_view>(
-    {"FilterBeam", "FilterColor", "FilterGobo", "FilterShaper", "MediaServerLayer", "MediaServerCamera",
-     "MediaServerMaster", "Display", "Laser", "WiringObject", "Inventory", "Structure", "Support", "Magnet"});
+constexpr auto kOthers =
+    std::to_array<std::string_view>({"FilterBeam", "FilterColor", "FilterGobo", "FilterShaper", "WiringObject",
+                                     "Inventory", "Structure", "Support", "Magnet"});
 
 std::optional<GeometryKind> kind_of(std::string_view element) {
     if (element == "Geometry" || element == "GeometryReference") return GeometryKind::plain;
     if (element == "Axis") return GeometryKind::axis;
     if (element == "Beam") return GeometryKind::beam;
+    if (element.starts_with("MediaServer")) return GeometryKind::media_server;
+    if (element == "Display") return GeometryKind::display;
+    if (element == "Laser") return GeometryKind::laser;
     if (std::find(kOthers.begin(), kOthers.end(), element) != kOthers.end()) return GeometryKind::other;
     return std::nullopt;  // Break, Protocol, PinPatch: no geometry
 }

@@ -4,6 +4,7 @@
 
 #include <map>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "server/exchange/gdtf.h"
@@ -23,7 +24,8 @@ struct GdtfRead {
     std::map<std::string_view, pugi::xml_node> top_level{};            // geometries by name, the first of each
     std::map<pugi::xml_node, std::vector<ReferenceBreak>> breaks{};    // of each reference, in the file's order
     std::map<pugi::xml_node, std::vector<pugi::xml_node>> children{};  // of each geometry, those that are geometries
-    std::size_t geometries = 0, channels = 0, functions = 0;           // of the bounds
+    std::map<std::string, std::string> photometric{};         // entries by their names in lower case, the first of each
+    std::size_t geometries = 0, channels = 0, functions = 0;  // of the bounds
 
     void note(exchange::Outcome outcome, const char* what, std::string_view name) {
         type.report.add(outcome, what, name);
@@ -41,11 +43,21 @@ Beam read_beam(GdtfRead& read, const pugi::xml_node& node);
 std::optional<Error> read_channels(GdtfRead& read, const pugi::xml_node& node, Mode& mode,
                                    const ReferenceBreaks& breaks);
 
+// Gives a mode that has no beam the one that why_dark() says.
+void guess_beam(const FixtureType& type, Mode& mode);
+
 // Fills the table of top-level geometries.
 void find_top_level(GdtfRead& read);
+// Fills the table of photometric entries, once the type has them.
+void find_photometric(GdtfRead& read);
 
 // Result: of "x,y,Y"; nothing where it is anything else, or no colour.
 std::optional<Color> color_of(std::string_view text);
+// Result: that of the attribute `Color`; a text that is none is noted.
+std::optional<Color> noted_color(GdtfRead& read, const pugi::xml_node& node, const std::string& name);
+// Reads the emitters: the colour of each is that of its measured spectrum, else its own, else that of its wavelength on
+// the locus. Its luminance is its own, else its attribute's; where all emitters have measured intensities, those.
+void read_emitters(GdtfRead& read, const pugi::xml_node& list);
 using exchange::written;
 // Result: the index of the item of this name; -1 where there is none. Empty and "None" name nothing.
 template <typename Items>

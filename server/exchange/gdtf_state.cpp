@@ -51,17 +51,20 @@ GoboState& gobo_of(Effects& effects, int number) {
     return effects.gobos.back();
 }
 
-void take(const FixtureType& type, const ChannelFunction& function, const ChannelValue& value, Effects& effects) {
+// Result: the slot that a set of a function chooses; nullptr: none.
+const Slot* slot_of(const FixtureType& type, const ChannelFunction& function, int set) {
+    if (function.wheel < 0 || set < 0) return nullptr;
+    const int index = function.sets[static_cast<std::size_t>(set)].slot - 1;
+    const std::vector<Slot>& slots = type.wheels[static_cast<std::size_t>(function.wheel)].slots;
+    return index >= 0 && static_cast<std::size_t>(index) < slots.size() ? &slots[static_cast<std::size_t>(index)]
+                                                                        : nullptr;
+}
+
+void take(const FixtureType& type, bool by_rgb, const ChannelFunction& function, const ChannelValue& value,
+          Effects& effects) {
     const std::string_view attribute = function.attribute;
     const double physical = value.physical;
-    const Slot* slot = nullptr;
-    int slot_index = 0;
-    if (function.wheel >= 0 && value.set >= 0) {
-        slot_index = function.sets[static_cast<std::size_t>(value.set)].slot - 1;
-        const std::vector<Slot>& slots = type.wheels[function.wheel].slots;
-        if (slot_index >= 0 && static_cast<std::size_t>(slot_index) < slots.size())
-            slot = &slots[static_cast<std::size_t>(slot_index)];
-    }
+    const Slot* const slot = slot_of(type, function, value.set);
     if (attribute == "Dimmer") {
         effects.dimmer_ratio *= component(function, physical);
     } else if (attribute == "Pan") {
@@ -71,7 +74,7 @@ void take(const FixtureType& type, const ChannelFunction& function, const Channe
     } else if (attribute == "Zoom") {
         if (!never_filled_in(function) && physical >= kLeastZoom_deg && physical <= kMostZoom_deg)
             effects.zoom_rad = physical * kDegree;
-    } else if (attribute.starts_with("ColorAdd_")) {
+    } else if (adds_light(attribute, by_rgb)) {
         effects.emitters.emplace_back(color_of_function(type, function), component(function, physical));
     } else if (attribute.starts_with("ColorSub_")) {
         const double level = component(function, physical);
@@ -85,14 +88,14 @@ void take(const FixtureType& type, const ChannelFunction& function, const Channe
         else if (shutter->second.starts_with("Strobe"))
             effects.strobe_hz = std::max(effects.strobe_hz, std::max(physical, 0.0));
     } else if (numbered(attribute, "Color") && slot != nullptr) {
-        if (slot->color) effects.filter *= rgb_of(*slot->color);
+        effects.filter *= slot_filter(type, function, value.set);
     } else if (const auto gobo = numbered(attribute, "Gobo")) {
         GoboState& state = gobo_of(effects, gobo->first);
         if (gobo->second == "Pos") {
             state.angle_rad = physical * kDegree;
         } else if (slot != nullptr) {
             state.wheel = function.wheel;
-            state.slot = slot_index;
+            state.slot = function.sets[static_cast<std::size_t>(value.set)].slot - 1;
         }
     }
 }
@@ -102,9 +105,10 @@ glm::dvec3 color_of_beam(const Effects& all, double lamp_k, double& white_k) {
     glm::dvec3 color(0.0);
     double sum = 0.0;
     for (const auto& [emitter, level] : all.emitters) {
-        color += level * emitter.luminance_percent * rgb_of_xy({emitter.x, emitter.y});
-        sum += emitter.luminance_percent;
+        color += level * wide_rgb_of(emitter);
+        sum += emitter.luminance_percent / 100.0;
     }
+    if (const double luminance = luminance_of(color); luminance > 0.0) color = in_gamut(color / luminance) * luminance;
     white_k = all.cct_k.value_or(sum > 0.0 ? 0.0 : std::clamp(lamp_k, kLeastCct_k, kMostCct_k));
     color = sum > 0.0 ? color / sum : glm::dvec3(1.0);
     if (white_k > 0.0) color *= white_factors(white_k, 0.0);
@@ -113,8 +117,29 @@ glm::dvec3 color_of_beam(const Effects& all, double lamp_k, double& white_k) {
 
 }  // namespace
 
+bool adds_light(std::string_view attribute, bool by_rgb) {
+    return attribute.starts_with("ColorAdd_") ||
+           (by_rgb && attribute.starts_with("ColorRGB_") && standard_color(attribute).has_value());
+}
+
+bool mix_by_rgb(const Mode& mode) {
+    return std::ranges::none_of(mode.channels, [](const Channel& channel) {
+        return std::ranges::any_of(channel.functions, [](const ChannelFunction& function) {
+            return function.attribute.starts_with("ColorAdd_");
+        });
+    });
+}
+
 Color color_of_function(const FixtureType& type, const ChannelFunction& function) {
-    if (function.emitter >= 0 && type.emitters[function.emitter].color) return *type.emitters[function.emitter].color;
+    if (function.emitter >= 0 && type.emitters[function.emitter].color) {
+        Color color = *type.emitters[function.emitter].color;
+        if (color.luminance_percent < 0.0) {
+            ChannelFunction plain;
+            plain.attribute = function.attribute;
+            color.luminance_percent = color_of_function(type, plain).luminance_percent;
+        }
+        return color;
+    }
     if (function.filter >= 0 && type.filters[function.filter].color) return *type.filters[function.filter].color;
     if (const auto own = type.attribute_colors.find(function.attribute); own != type.attribute_colors.end())
         return own->second;
@@ -125,6 +150,16 @@ glm::dvec3 rgb_of(const Color& color) {
     return rgb_of_xy({color.x, color.y}) * (color.luminance_percent / 100.0);
 }
 
+glm::dvec3 wide_rgb_of(const Color& color) {
+    constexpr double kLeastY = 1e-6;  // no light has less: the locus ends at 0.005
+    return wide_rgb_of_xy({color.x, std::max(color.y, kLeastY)}) * (color.luminance_percent / 100.0);
+}
+
+glm::dvec3 slot_filter(const FixtureType& type, const ChannelFunction& function, int set) {
+    const Slot* const slot = slot_of(type, function, set);
+    return slot != nullptr && slot->color ? rgb_of(*slot->color) : glm::dvec3(1.0);
+}
+
 double component(const ChannelFunction& function, double physical) {
     const double most = std::max(std::abs(function.physical_from), std::abs(function.physical_to));
     return std::clamp(most > 1.5 ? physical / most : physical, 0.0, 1.0);
@@ -133,10 +168,11 @@ double component(const ChannelFunction& function, double physical) {
 std::vector<BeamState> beam_states(const FixtureType& type, const Mode& mode, const std::vector<ChannelValue>& values,
                                    const StateOptions& options) {
     std::map<int, Effects> own;
+    const bool by_rgb = mix_by_rgb(mode);
     for (const ChannelValue& value : values) {
         if (value.function < 0) continue;
         const PatchedChannel& patched = mode.patched[static_cast<std::size_t>(value.patched)];
-        take(type,
+        take(type, by_rgb,
              mode.channels[static_cast<std::size_t>(patched.channel)]
                  .functions[static_cast<std::size_t>(value.function)],
              value, own[patched.geometry]);

@@ -3,18 +3,23 @@
 #include <cmath>
 #include <numbers>
 
+#include "ies/core/printed.h"
 #include "protocol/schema/console.pb.h"
 #include "protocol/schema/property.h"
 #include "server/assets/gltf_import.h"
+#include "server/exchange/beam_web.h"
+#include "server/exchange/gobo_image.h"
 #include "server/exchange/import_parts.h"
 #include "server/scene/light_tables.h"
+#include "server/scene/packed_gobo.h"
+#include "server/scene/shaped_profile.h"
 
 namespace gonio::exchange {
 namespace {
 
 constexpr std::size_t kMostSlots = 255, kMostPictures = 64;
-constexpr std::size_t kMostPicturePixels = std::size_t{2048} * 2048;
-constexpr int kMostGobo_px = 256;
+// Of a web behind a gobo, with what lighting makes of it: four numbers for each of its angles.
+constexpr std::size_t kBytesOfGoboWeb = std::size_t{kGoboPlanes + 1} * (kGoboRings + 1) * 16;
 
 // "Gobo2Pos" -> 2, where `end` is "Pos"; 0 where the attribute is another one.
 int number_in(std::string_view attribute, std::string_view begin, std::string_view end) {
@@ -35,34 +40,6 @@ bool is_shutter(std::string_view attribute) {
     if (!attribute.starts_with("Shutter")) return false;
     const std::size_t at = attribute.find("Strobe");
     return number_in(attribute.substr(0, at), "Shutter", "") > 0;
-}
-
-// The picture as a square of transmissions: its luminance times its alpha, linear, means over what becomes one pixel.
-Gobo gobo_of(const Image& image) {
-    Gobo gobo;
-    gobo.size_px = std::min(std::max(image.width_px, image.height_px), kMostGobo_px);
-    const auto linear = [&](std::size_t at) {
-        const double value = image.rgba[at] / 255.0;
-        return image.linear ? value : value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
-    };
-    std::vector<double> passes(static_cast<std::size_t>(image.width_px) * static_cast<std::size_t>(image.height_px));
-    for (std::size_t i = 0; i < passes.size(); ++i)
-        passes[i] = (0.2126 * linear(4 * i) + 0.7152 * linear(4 * i + 1) + 0.0722 * linear(4 * i + 2)) *
-                    image.rgba[4 * i + 3] / 255.0;
-    const auto begin = [&](int at, int size_px) {
-        return static_cast<int>(static_cast<std::int64_t>(at) * size_px / gobo.size_px);
-    };
-    for (int y = 0; y < gobo.size_px; ++y)
-        for (int x = 0; x < gobo.size_px; ++x) {
-            const int x0 = begin(x, image.width_px), x1 = std::max(begin(x + 1, image.width_px), x0 + 1);
-            const int y0 = begin(y, image.height_px), y1 = std::max(begin(y + 1, image.height_px), y0 + 1);
-            double sum = 0.0;
-            for (int v = y0; v < y1; ++v)
-                for (int u = x0; u < x1; ++u) sum += passes[static_cast<std::size_t>(v * image.width_px + u)];
-            gobo.transmission.push_back(
-                static_cast<std::uint16_t>(std::lround(65535.0 * std::min(sum / ((x1 - x0) * (y1 - y0)), 1.0))));
-        }
-    return gobo;
 }
 
 // values: of slot values 0 to 255. Result: runs of equal values, or of equal steps.
@@ -127,16 +104,24 @@ bool is_filled_in(const FixtureBeam& beam, const Driving& by, const Wanted& want
         });
 }
 
+void add_channel_ranges(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by,
+                        const Wanted& wanted, const char* property, const ReadChannel& read, const char* merge) {
+    std::vector<std::optional<double>> values;
+    for (const gdtf::ChannelValue& value : values_of(index, beam, by))
+        values.push_back(value.function < 0 ? std::nullopt : read(value));
+    const auto ranges = ranges_of(property, std::move(values));
+    if (!ranges.empty()) add_row(import, beam, by, wanted, {property, 0.0, 0.0, ranges, merge});
+}
+
 void add_ranges(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by, const Wanted& wanted,
                 const char* property, const ReadValue& read, const char* merge) {
     const auto& functions = beam.mode.channels[static_cast<std::size_t>(by.patched->channel)].functions;
-    std::vector<std::optional<double>> values;
-    for (const gdtf::ChannelValue& value : values_of(index, beam, by))
-        values.push_back(value.function < 0
-                             ? std::nullopt
-                             : read(functions[static_cast<std::size_t>(value.function)], value.physical));
-    const auto ranges = ranges_of(property, std::move(values));
-    if (!ranges.empty()) add_row(import, beam, by, wanted, {property, 0.0, 0.0, ranges, merge});
+    add_channel_ranges(
+        import, index, beam, by, wanted, property,
+        [&](const gdtf::ChannelValue& value) {
+            return read(functions[static_cast<std::size_t>(value.function)], value.physical);
+        },
+        merge);
 }
 
 void add_state_ranges(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by,
@@ -185,16 +170,16 @@ void read_gobos(ShowImport& import, const ZipArchive& archive, const gdtf::Fixtu
                     pictures++ < kMostPictures
                         ? archive.read(slot.picture)
                         : Result<std::string>(Error{"too_large", slot.picture, "", "a fixture has 64 gobos at most"});
-                auto image = bytes ? decode_image(std::as_bytes(std::span(*bytes)), slot.picture, kMostPicturePixels)
-                                   : Result<Image>(bytes.error());
-                if (image)
-                    if (auto full = take_memory(import.room, std::size_t{kMostGobo_px} * kMostGobo_px, 2, slot.picture))
-                        image = *full;
-                if (image)
-                    gobo = gobo_of(*image);
+                auto packed = bytes ? packed_gobo(*bytes, slot.picture) : Result<Gobo>(bytes.error());
+                if (packed)
+                    if (auto full = take_memory(
+                            import.room, 2 * std::size_t{kMostGobo_px} * kMostGobo_px + bytes->size(), 1, slot.picture))
+                        packed = *full;
+                if (packed)
+                    gobo = std::move(*packed);
                 else
-                    import.report.add(Outcome::left_out, "a gobo's picture cannot be read: " + image.error().code,
-                                      named(slot.picture, image.error()));
+                    import.report.add(Outcome::left_out, "a gobo's picture cannot be read: " + packed.error().code,
+                                      named(slot.picture, packed.error()));
             }
             gobo.name = shortened_text(slot.name, kMaxNameBytes);
         }
@@ -220,6 +205,32 @@ GoboChannel gobo_channel(const ShowImport& import, const ModeIndex& index, const
     return found;
 }
 
+std::shared_ptr<const Profile> with_own_gobo(ShowImport& import, const std::shared_ptr<const Profile>& profile,
+                                             const mvr::Fixture& fixture) {
+    if (fixture.gobo.empty()) return profile;
+    const std::string key =
+        printed("own gobo %zu %.9g ", reinterpret_cast<std::uintptr_t>(profile.get()), fixture.gobo_rad) + fixture.gobo;
+    const auto [at, fresh] = import.profiles.try_emplace(key);
+    if (!fresh) return at->second ? at->second : profile;
+    const auto bytes = import.archive.read(fixture.gobo);
+    auto gobo = bytes ? packed_gobo(*bytes, fixture.gobo) : Result<Gobo>(bytes.error());
+    if (gobo && transmission_of(*gobo).empty()) gobo = Error{"bad_image", fixture.gobo, "", gobo->packed->failed};
+    if (gobo)
+        if (auto full = take_memory(import.room, 1, kBytesOfProfile + kBytesOfGoboWeb, fixture.gobo)) gobo = *full;
+    if (!gobo) {
+        import.report.add(Outcome::left_out, "a gobo's picture cannot be read: " + gobo.error().code,
+                          named(fixture.gobo, gobo.error()));
+        return profile;
+    }
+    ies::Photometry photometry = profile->photometry;
+    photometry.web = gobo_web(profile->photometry.web, *gobo, Angle::radians(fixture.gobo_rad));
+    auto made = std::make_shared<Profile>(*make_profile(profile->name, std::move(photometry)));
+    made->open_width_rad = beam_width(profile->photometry.web);
+    tables_of(*made);
+    at->second = std::move(made);
+    return at->second;
+}
+
 std::shared_ptr<const Profile> with_gobos(ShowImport& import, const std::shared_ptr<const Profile>& profile,
                                           const gdtf::FixtureType& type, int wheel) {
     if (wheel < 0) return profile;
@@ -230,7 +241,7 @@ std::shared_ptr<const Profile> with_gobos(ShowImport& import, const std::shared_
         if (take_memory(import.room, 1, kBytesOfProfile, type.name)) return profile;
         auto own = std::make_shared<Profile>(*profile);
         own->gobos = gobos;
-        tables_of(*own);
+        share_tables(*profile, *own);
         made = std::move(own);
     }
     return made;
@@ -252,7 +263,8 @@ void add_beam_rows(ShowImport& import, ModeIndex& index, const FixtureBeam& beam
                              [](const gdtf::BeamState& state) { return state.strobe_hz; });
     }
     const auto zooms = [](std::string_view attribute) { return attribute == "Zoom"; };
-    if (const Driving zoom = driving(index, beam, zooms); zoom.patched != nullptr) {
+    const gdtf::Beam& own = *beam.mode.geometries[static_cast<std::size_t>(beam.geometry)].beam;
+    if (const Driving zoom = driving(index, beam, zooms); zoom.patched != nullptr && !gdtf::glows(own.type.value)) {
         const PropertyRow& row = *find_property("zoom");
         const double from = zoom.function->physical_from * kDegree, to = zoom.function->physical_to * kDegree;
         const bool filled_in = is_filled_in(beam, zoom, zooms);

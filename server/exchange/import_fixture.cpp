@@ -57,6 +57,7 @@ const gdtf::FixtureType* type_of(ShowImport& import, const std::string& entry) {
         at->second = std::move(*type);
         import.report.add(Outcome::taken, "fixture type", entry);
         import.report.add(at->second->report, at->second->name);
+        read_photometric(import, *archive, *at->second);
         read_gobos(import, *archive, *at->second);
         read_body_models(import, *archive, *at->second);
         return &*at->second;
@@ -64,9 +65,6 @@ const gdtf::FixtureType* type_of(ShowImport& import, const std::string& entry) {
     import.report.add(Outcome::left_out, "a GDTF file cannot be read: " + failed->code, named(entry, *failed));
     return nullptr;
 }
-
-// A web of a file and its tables take at most so much for each byte of the file: a value has two characters.
-constexpr std::size_t kBytesPerFileByte = 8;
 
 // Photometry of the same name as the fixture's type or the fixture.
 std::shared_ptr<const Profile> paired_profile(ShowImport& import, const mvr::Fixture& fixture,
@@ -104,19 +102,18 @@ std::shared_ptr<const Profile> paired_profile(ShowImport& import, const mvr::Fix
 
 Result<std::shared_ptr<const Profile>> beam_profile(ShowImport& import, const gdtf::FixtureType& type,
                                                     const gdtf::Beam& beam, std::optional<Angle> zoom) {
+    if (auto measured = photometric_profile(import, type, beam)) return measured;
     const double angle = zoom ? zoom->radians() : beam.beam_angle_rad.value;
-    const double radius = beam.radius_m.defaulted ? 0.0 : beam.radius_m.value;
+    // A geometry that glows needs a surface: without a BeamRadius it has the standard's default.
+    const double radius = beam.radius_m.defaulted && !gdtf::glows(beam.type.value) ? 0.0 : beam.radius_m.value;
     const std::string key =
-        printed("beam %.9g %.9g %.9g %.9g %d ", beam.flux_lm.value, angle,
-                beam.field_angle_rad.value / beam.beam_angle_rad.value, radius, static_cast<int>(beam.type.value)) +
+        printed("beam %.9g %.9g %.9g %.9g %.9g %.9g %d ", beam.flux_lm.value, angle,
+                beam.field_angle_rad.value / beam.beam_angle_rad.value, radius, beam.throw_ratio.value,
+                beam.rectangle_ratio.value, static_cast<int>(beam.type.value)) +
         type.name;
     std::shared_ptr<const Profile>& profile = import.profiles[key];
     if (profile) return profile;
     if (auto full = take_memory(import.room, 1, kBytesOfProfile, type.name)) return *full;
-    if (beam.type.value == gdtf::BeamType::rectangle)
-        import.report.add(Outcome::guessed, "a rectangular beam is round", type.name);
-    if (beam.type.value == gdtf::BeamType::none || beam.type.value == gdtf::BeamType::glow)
-        import.report.add(Outcome::guessed, "a beam of the type None or Glow shines as a spot", type.name);
     ies::Photometry photometry;
     photometry.web = gdtf::beam_web(beam, zoom);
     photometry.provenance.format = "GDTF";
@@ -150,17 +147,28 @@ std::optional<double> command_rad(const mvr::Fixture& fixture, const char* attri
 
 // Emitters that all are dark by default light nothing until a console speaks: then all are on.
 void light_emitters(const gdtf::Mode& mode, std::vector<gdtf::ChannelValue>& values) {
+    const bool by_rgb = gdtf::mix_by_rgb(mode);
     const auto function_of = [&](const gdtf::ChannelValue& value) -> const gdtf::ChannelFunction* {
         if (value.function < 0) return nullptr;
         const gdtf::PatchedChannel& patched = mode.patched[static_cast<std::size_t>(value.patched)];
         const auto& functions = mode.channels[static_cast<std::size_t>(patched.channel)].functions;
         const auto& function = functions[static_cast<std::size_t>(value.function)];
-        return function.attribute.starts_with("ColorAdd_") ? &function : nullptr;
+        return gdtf::adds_light(function.attribute, by_rgb) ? &function : nullptr;
     };
     for (const gdtf::ChannelValue& value : values)
         if (const auto* function = function_of(value); function && value.physical > function->physical_from) return;
     for (gdtf::ChannelValue& value : values)
         if (const auto* function = function_of(value)) value.physical = function->physical_to;
+}
+
+// Result: the colour that makes `color` beside the white. Of a channel that the white lacks it is 1: a lamp below some
+// 1,900 K has no blue.
+glm::dvec3 beside_white(const glm::dvec3& color, double white_k) {
+    const glm::dvec3 white = white_factors(white_k, 0.0);
+    glm::dvec3 beside(1.0);
+    for (int i = 0; i < 3; ++i)
+        if (white[i] > 0.0) beside[i] = color[i] / white[i];
+    return beside;
 }
 
 // As it was when Gonio wrote the show.
@@ -169,6 +177,7 @@ void take_state(LightSeed& light, const mvr::Fixture& fixture) {
     light.level_ratio = fixture.state->level_ratio;
     light.multiplier = fixture.state->multiplier;
     light.color = {fixture.state->color[0], fixture.state->color[1], fixture.state->color[2]};
+    light.cct_k = 0.0;  // its white is in the colour
 }
 
 struct Placed {
@@ -237,7 +246,8 @@ std::optional<Error> add_beams(ShowImport& import, const Placed& placed, const g
     if (!found.as_named) import.report.add(Outcome::guessed, "a fixture's mode is the first of its type", placed.name);
     const gdtf::Mode& mode = type.modes[found.index];
     if (!index_of(import, mode).has_beam) {
-        import.report.add(Outcome::left_out, "a fixture has no beam", placed.name);
+        const char* const why = gdtf::why_dark(type, mode);
+        import.report.add(Outcome::left_out, why != nullptr ? why : "a fixture has no beam", placed.name);
         return std::nullopt;
     }
     if (!has_room(import, placed.name)) return std::nullopt;
@@ -260,6 +270,10 @@ std::optional<Error> add_beams(ShowImport& import, const Placed& placed, const g
     for (const gdtf::BeamState& state : states) {
         if (paired && &state != &states.front()) break;
         const gdtf::Geometry& geometry = mode.geometries[static_cast<std::size_t>(state.geometry)];
+        if (geometry.beam->guessed && !paired)
+            import.report.add(Outcome::guessed,
+                              "a fixture's type has no beam: GDTF's default one, along -Z of its innermost geometry",
+                              placed.name);
         const std::string wanted = alone ? placed.name : placed.name + " " + geometry.name;
         if (!has_room(import, wanted)) continue;
         LightSeed light;
@@ -272,16 +286,16 @@ std::optional<Error> add_beams(ShowImport& import, const Placed& placed, const g
             light.profile = *profile;
         }
         const double most = std::max({state.color.r, state.color.g, state.color.b});
-        light.color = most > 1e-3 ? state.color : glm::dvec3(1.0);
+        light.cct_k = state.white_k;
+        light.color = most > 1e-3 ? beside_white(state.color, state.white_k) : glm::dvec3(1.0);
         const FixtureBeam beam{placed.fixture, type, mode, state.geometry, placed.world_from_fixture, light.name};
-        light.profile =
-            with_gobos(import, light.profile, type, gobo_channel(import, index_of(import, mode), beam).wheel);
+        if (placed.fixture.gobo.empty())
+            light.profile =
+                with_gobos(import, light.profile, type, gobo_channel(import, index_of(import, mode), beam).wheel);
+        else
+            light.profile = with_own_gobo(import, light.profile, placed.fixture);
         glm::dmat4 world_from_beam = placed.world_from_fixture * state.fixture_from_beam;
-        const auto [axes, drives_cct] = add_patch_rows(import, beam);
-        if (drives_cct && state.white_k > 0.0) {
-            light.cct_k = state.white_k;
-            if (most > 1e-3) light.color = state.color / white_factors(state.white_k, 0.0);
-        }
+        const auto axes = add_patch_rows(import, beam);
         take_state(light, placed.fixture);
         const bool swings = axes && geometry.parent >= 0;
         if (swings && states.size() > 1)
@@ -293,8 +307,9 @@ std::optional<Error> add_beams(ShowImport& import, const Placed& placed, const g
             world_from_beam[3] = placed.world_from_fixture * fixture_from_head[3];
         }
         const auto swing = axes ? std::optional(Swing{*axes, *options.pan_rad, *options.tilt_rad}) : std::nullopt;
-        if (finish_light(import, placed, std::move(light), world_from_beam, swing))
-            lights.push_back({state.geometry, import.scene.lights.size() - 1, turn_of(world_from_beam), axes});
+        if (!finish_light(import, placed, std::move(light), world_from_beam, swing)) continue;
+        note_imported(import, placed.fixture, alone ? "" : geometry.name);
+        lights.push_back({state.geometry, import.scene.lights.size() - 1, turn_of(world_from_beam), axes});
     }
     const double pan_rad = options.pan_rad.value_or(0.0) * (options.invert_pan ? -1.0 : 1.0);
     add_body(import, {type, mode, placed.world_from_fixture, pan_rad, placed.name}, lights);
@@ -323,9 +338,10 @@ std::optional<Error> import_fixtures(ShowImport& import) {
             if (!has_room(import, placed.name)) continue;
             LightSeed light;
             light.name = unique_name(import, placed.name);
-            light.profile = paired;
+            light.profile = with_own_gobo(import, paired, fixture);
             take_state(light, fixture);
-            finish_light(import, placed, std::move(light), placed.world_from_fixture, std::nullopt);
+            if (finish_light(import, placed, std::move(light), placed.world_from_fixture, std::nullopt))
+                note_imported(import, fixture, "");
         } else {
             import.report.add(Outcome::left_out, "a fixture gives no light: it has neither GDTF nor photometry",
                               placed.name);

@@ -31,7 +31,14 @@ Result<Model> take_glb(ShowImport& import, SceneAsset& scene, const std::string&
     for (const Instance& instance : from.instances)
         model.parts.push_back({instance.mesh + meshes, -1, instance.world_from_mesh});
     if (!from.lights.empty()) import.report.add(Outcome::left_out, "lights of a model", entry);
-    for (const std::string& warning : from.warnings) import.report.add(Outcome::guessed, warning, entry);
+    for (const std::string& warning : from.warnings) {
+        // A warning that several models share is one line, with each one's place: "…; changes lux: "a.glb
+        // (/materials/0)"".
+        std::size_t place = warning.find(" (/");
+        if (place == std::string::npos && warning.ends_with(')')) place = warning.rfind(" (");
+        import.report.add(Outcome::guessed, warning.substr(0, place),
+                          place == std::string::npos ? entry : entry + warning.substr(place));
+    }
     return model;
 }
 

@@ -10,6 +10,7 @@
 #include "ies/core/printed.h"
 #include "protocol/schema/console.pb.h"
 #include "protocol/text/shortened_text.h"
+#include "server/assets/far_place.h"
 #include "server/assets/gltf_import.h"
 #include "server/assets/mesh_builder.h"
 #include "server/assets/scale.h"
@@ -121,6 +122,9 @@ Result<std::shared_ptr<SceneAsset>> import_mvr(std::string bytes, const std::str
     import.report.add(show->report);
     if (auto error = import_models(import)) return *error;
     if (auto error = import_fixtures(import)) return *error;
+    import_groups(import);
+    import.imported.universe_offset = options.universe_offset;
+    scene->imported = std::make_shared<const Imported>(std::move(import.imported));
     if (scene->materials.empty()) add_material(*scene, "default", glm::vec3(0.5f));
     if (scene->instances.empty()) import.report.add(Outcome::defaulted, "the show has no models: nothing is lit");
     if (import.bodies && !import.bodies->parts.empty()) scene->bodies = std::move(import.bodies);
@@ -155,6 +159,8 @@ Result<std::shared_ptr<const SceneAsset>> load_any_scene(const std::string& name
     if (!scene) return scene.error();
     scale_scene(**scene, options.scale);
     warn_of_extent(**scene);
+    // Not brought near: what lies too far has been left out, and shows that are merged keep one origin.
+    warn_of_coarse_vertices(**scene);
     for (Material& material : (*scene)->materials) material.show_back = options.show_backs;
     const std::filesystem::path path = std::filesystem::absolute(name, failed);
     (*scene)->files = hashed_files(path.parent_path(), {path.filename()});

@@ -22,6 +22,7 @@
 #include "server/exchange/gdtf_dmx.h"
 #include "server/exchange/mvr.h"
 #include "server/scene/body.h"
+#include "server/scene/imported.h"
 
 namespace gonio::exchange {
 
@@ -81,6 +82,8 @@ struct ShowImport {
     std::map<const gdtf::FixtureType*, std::map<int, Model>> models{};  // of bodies, by FixtureType::models
     std::size_t body_triangles = 0;                                     // of all parts
     std::size_t state_steps = 0;                                        // channels and geometries of all states found
+    Imported imported{};                                                // like the scene's lights
+    std::vector<const mvr::Fixture*> fixture_of{};                      // likewise
 };
 
 // Whether a place is finite and within the 1,000 km that clients may ask for too.
@@ -102,11 +105,26 @@ std::array<glm::dvec3, 2> box_of(const Mesh& mesh);
 // Whether such a box, brought by the matrix, is finite and within 1,000 km, and the matrix spans a space.
 bool is_placed(const glm::dmat4& matrix, const std::array<glm::dvec3, 2>& box);
 
+// A web of a file and its tables take at most so much for each byte of the file: a value has two characters.
+inline constexpr std::size_t kBytesPerFileByte = 8;
+// Reads the files that Beam@Photometric names. One that cannot be read is noted, and flux and angles count.
+void read_photometric(ShowImport& import, const ZipArchive& archive, const gdtf::FixtureType& type);
+// Result: that of the beam; null where it names none, or one that cannot be read.
+std::shared_ptr<const Profile> photometric_profile(const ShowImport& import, const gdtf::FixtureType& type,
+                                                   const gdtf::Beam& beam);
+
 // Adds the instances of the show's models. Errors: "too_large", of all of them together. A model that cannot be read,
 // by itself or in the memory that is left, is left out by name.
 std::optional<Error> import_models(ShowImport& import);
 // Adds a light for each beam of each fixture, and the rows of its patch.
 std::optional<Error> import_fixtures(ShowImport& import);
+
+// Of the light that was added last: which fixture it is of, for the show's next edition. beam: of several.
+void note_imported(ShowImport& import, const mvr::Fixture& fixture, const std::string& beam);
+// Once all lights are there: the show's groups, layers, classes and positions that have lights, at most so many: a
+// scene has kMaxGroups, and a person wants some.
+inline constexpr std::size_t kMostShowGroups = 48;
+void import_groups(ShowImport& import);
 
 // A beam of a fixture as a light.
 struct FixtureBeam {
@@ -122,13 +140,9 @@ struct HeadAxes {
     double pan_offset_rad = 0.0, pan_sign = 1.0, tilt_offset_rad = 0.0, tilt_sign = 1.0;
     glm::dquat world_from_mount{1.0, 0.0, 0.0, 0.0};  // Light::world_from_mount
 };
-// Adds the rows that drive the light: level, red, green and blue, cct, shutter, strobe, zoom, gobo, pan and tilt.
-// Result: the axes where pan or tilt is driven, and whether cct is.
-struct DrivenBeam {
-    std::optional<HeadAxes> axes;
-    bool cct = false;
-};
-DrivenBeam add_patch_rows(ShowImport& import, const FixtureBeam& beam);
+// Adds the rows that drive the light: level, red, green and blue, cct, shutter, strobe, zoom, gobo, pan and tilt. Where
+// filters or wheels make its colour, they go beside the light's cct. Result: the axes where pan or tilt is driven.
+std::optional<HeadAxes> add_patch_rows(ShowImport& import, const FixtureBeam& beam);
 // Once all fixtures have their rows: what of their modes has none, by name.
 void note_undriven(ShowImport& import);
 
@@ -160,6 +174,9 @@ using ReadState = std::function<std::optional<double>(const gdtf::BeamState&)>;
 // States are found for kMostStateSteps channels and geometries in all; what comes later is left out, by name. What is
 // read, for what, by which channel and merged how: eight parameters.
 inline constexpr std::size_t kMostStateSteps = 50'000'000;  // some seconds
+using ReadChannel = std::function<std::optional<double>(const gdtf::ChannelValue&)>;
+void add_channel_ranges(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by,
+                        const Wanted& wanted, const char* property, const ReadChannel& read, const char* merge);
 void add_ranges(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by, const Wanted& wanted,
                 const char* property, const ReadValue& read, const char* merge = "");
 void add_state_ranges(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by,
@@ -172,7 +189,8 @@ bool is_filled_in(const FixtureBeam& beam, const Driving& by, const Wanted& want
 void add_beam_rows(ShowImport& import, ModeIndex& index, const FixtureBeam& beam);
 
 // Reads the pictures of a fixture type's gobo wheels: at most 255 slots a wheel and 64 pictures. They are of at most
-// 2048 x 2048 pixels and become 256 x 256 at most. What cannot be read is open, and noted.
+// 2048 x 2048 pixels and become 256 x 256 at most, when they are first shown: only their headers are read here. What
+// cannot be read is open, and noted.
 void read_gobos(ShowImport& import, const ZipArchive& archive, const gdtf::FixtureType& type);
 struct GoboChannel {
     int number = 0, wheel = -1;  // of Gobo(n); an index, -1: none has a picture
@@ -182,6 +200,10 @@ GoboChannel gobo_channel(const ShowImport& import, const ModeIndex& index, const
 // Result: the profile with the wheel's gobos, made once; the same where there are none.
 std::shared_ptr<const Profile> with_gobos(ShowImport& import, const std::shared_ptr<const Profile>& profile,
                                           const gdtf::FixtureType& type, int wheel);
+// Result: the profile behind the picture that the show itself gives the fixture, turned as it says. It is the same
+// where there is none; one that cannot be read is noted.
+std::shared_ptr<const Profile> with_own_gobo(ShowImport& import, const std::shared_ptr<const Profile>& profile,
+                                             const mvr::Fixture& fixture);
 
 // Result: where the beams of the mode go in its own axes, at each pair of pan and tilt that head_axes() looks at.
 std::vector<std::map<int, glm::dvec3>> head_directions(const gdtf::FixtureType& type, const gdtf::Mode& mode,

@@ -66,12 +66,33 @@ void add_share(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, co
         drive.merge);
 }
 
-// A component of the light's colour, of one emitter or filter.
+// A component of the light's colour, of one emitter, filter or wheel.
 struct Share {
     const Driving* by;
-    double none, all;  // of the component where it is dark or out, and where it is full or in
-    double purity;     // what it does to this component, of what it does to all three
+    double none, all;    // of the component where it is dark or out, and where it is full or in
+    double purity;       // what it does to this component, of what it does to all three
+    bool wheel = false;  // its slots say it instead
 };
+
+// Whether the attribute chooses a slot of a wheel of colours: "Color1".
+bool is_color_wheel(std::string_view attribute) {
+    return attribute.starts_with("Color") && attribute.size() > 5 && attribute.size() < 9 &&
+           std::ranges::all_of(attribute.substr(5), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+// Adds a row of what each value of a wheel's channel leaves of a component.
+void add_wheel(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const Driving& by, const Drive& drive,
+               int component) {
+    const auto& functions = beam.mode.channels[static_cast<std::size_t>(by.patched->channel)].functions;
+    add_channel_ranges(
+        import, index, beam, by, is_color_wheel, drive.property,
+        [&](const gdtf::ChannelValue& value) -> std::optional<double> {
+            const gdtf::ChannelFunction& function = functions[static_cast<std::size_t>(value.function)];
+            if (!is_color_wheel(function.attribute)) return std::nullopt;
+            return gdtf::slot_filter(beam.type, function, value.set)[component];
+        },
+        drive.merge);
+}
 
 // Adds the rows of each component's shares, the purest first: what has one row for each takes these.
 void add_components(ShowImport& import, ModeIndex& index, const FixtureBeam& beam,
@@ -81,60 +102,97 @@ void add_components(ShowImport& import, ModeIndex& index, const FixtureBeam& bea
         std::ranges::stable_sort(shares[k], [](const Share& a, const Share& b) { return a.purity > b.purity; });
     for (const bool first : {true, false})
         for (std::size_t k = 0; k < 3; ++k)
-            for (const Share& share : shares[k])
-                if ((&share == &shares[k].front()) == first)
-                    add_share(import, index, beam, *share.by,
-                              {kProperties[k], share.none, share.all, {}, shares[k].size() > 1 ? merge : ""});
+            for (const Share& share : shares[k]) {
+                if ((&share == &shares[k].front()) != first) continue;
+                const Drive drive{kProperties[k], share.none, share.all, {}, shares[k].size() > 1 ? merge : ""};
+                if (share.wheel)
+                    add_wheel(import, index, beam, *share.by, drive, static_cast<int>(k));
+                else
+                    add_share(import, index, beam, *share.by, drive);
+            }
 }
 
-// Emitters are terms of red, green and blue, filters are factors of the lamp's white, as gdtf::beam_states has them.
-// white: of the lamp. A share of less than kLeast of a component's change has no row.
-void add_colors(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const glm::dvec3& white) {
-    constexpr double kLeast = 0.005;
+// What each emitter adds to the light at full, as Rec.709 has it: its own luminance, and a hue as near as there is.
+// Where Rec.709 lacks a hue, the emitters of which some is left make up for it, so that all together have the colour
+// that the sum of their true hues has: white stays white.
+std::vector<glm::dvec3> emitter_shares(const std::vector<gdtf::Color>& colors, double sum_percent) {
+    std::vector<glm::dvec3> shares;
+    glm::dvec3 wanted(0.0), given(0.0);
+    for (const gdtf::Color& color : colors) {
+        shares.push_back(gdtf::rgb_of(color) * (100.0 / sum_percent));
+        wanted += gdtf::wide_rgb_of(color) * (100.0 / sum_percent);
+        given += shares.back();
+    }
+    if (const double luminance = luminance_of(wanted); luminance > 0.0)
+        wanted = in_gamut(wanted / luminance) * luminance;
+    const glm::dvec3 missing = wanted - given;
+    std::vector<double> rooms;  // how often each can take what is missing and stay a colour
+    double room = 0.0;
+    for (const glm::dvec3& share : shares) {
+        double own = 1.0;
+        for (int k = 0; k < 3; ++k)
+            if (missing[k] < 0.0) own = std::min(own, share[k] / -missing[k]);
+        rooms.push_back(own);
+        room += own;
+    }
+    for (std::size_t i = 0; i < shares.size(); ++i)
+        shares[i] = glm::max(shares[i] + missing * (rooms[i] / std::max(room, 1.0)), 0.0);
+    return shares;
+}
+
+// Emitters are terms of red, green and blue, as gdtf::beam_states has them; a share of less than kLeastShare of a
+// component's change has no row.
+constexpr double kLeastShare = 0.005;
+void add_emitters(ShowImport& import, ModeIndex& index, const FixtureBeam& beam, const std::vector<Driving>& emitters,
+                  double sum_percent) {
+    std::vector<gdtf::Color> colors;
+    for (const Driving& by : emitters) colors.push_back(gdtf::color_of_function(beam.type, *by.function));
+    const std::vector<glm::dvec3> rgb = emitter_shares(colors, sum_percent);
     std::array<std::vector<Share>, 3> shares;
-    double sum = 0.0;  // of the luminances of all emitters that light this beam
+    for (int k = 0; k < 3; ++k) {
+        double whole = 0.0;
+        for (const glm::dvec3& one : rgb) whole += one[k];
+        for (std::size_t i = 0; i < rgb.size(); ++i)
+            if (rgb[i][k] > kLeastShare * whole)
+                shares[static_cast<std::size_t>(k)].push_back(
+                    {&emitters[i], 0.0, rgb[i][k], rgb[i][k] / (rgb[i].r + rgb[i].g + rgb[i].b)});
+    }
+    add_components(import, index, beam, shares, "sum");
+}
+
+// Filters and wheels are factors, likewise, of the lamp's white: the light's cct has that.
+void add_colors(ShowImport& import, ModeIndex& index, const FixtureBeam& beam) {
+    double sum_percent = 0.0;  // of the luminances of all emitters that light this beam
     for (int at = beam.geometry; at >= 0; at = beam.mode.geometries[static_cast<std::size_t>(at)].parent) {
         const auto [first, last] = index.emitters_of.equal_range(at);
         for (auto one = first; one != last; ++one)
-            sum += gdtf::color_of_function(beam.type, *one->second).luminance_percent;
+            sum_percent += gdtf::color_of_function(beam.type, *one->second).luminance_percent;
     }
-    const auto emitters = all_driving(index, beam, begins("ColorAdd_"));
-    if (!emitters.empty() && sum > 0.0) {
-        std::vector<glm::dvec3> rgb;
-        for (const Driving& by : emitters)
-            rgb.push_back(gdtf::rgb_of(gdtf::color_of_function(beam.type, *by.function)) * (100.0 / sum));
-        for (int k = 0; k < 3; ++k) {
-            double whole = 0.0;
-            for (const glm::dvec3& one : rgb) whole += one[k];
-            for (std::size_t i = 0; i < rgb.size(); ++i)
-                if (rgb[i][k] > kLeast * whole)
-                    shares[static_cast<std::size_t>(k)].push_back(
-                        {&emitters[i], 0.0, rgb[i][k], rgb[i][k] / (rgb[i].r + rgb[i].g + rgb[i].b)});
-        }
-        add_components(import, index, beam, shares, "sum");
-        return;
-    }
+    const bool by_rgb = gdtf::mix_by_rgb(beam.mode);
+    const auto emitters = all_driving(index, beam, [&](std::string_view one) { return gdtf::adds_light(one, by_rgb); });
+    if (!emitters.empty() && sum_percent > 0.0) return add_emitters(import, index, beam, emitters, sum_percent);
+    std::array<std::vector<Share>, 3> shares;
     const auto filters = all_driving(index, beam, begins("ColorSub_"));
     for (const Driving& by : filters) {
         const glm::dvec3 passed = gdtf::rgb_of(gdtf::color_of_function(beam.type, *by.function));
         const glm::dvec3 stopped = 1.0 - passed;
         for (int k = 0; k < 3; ++k)
-            if (std::abs(stopped[k]) > kLeast)
+            if (std::abs(stopped[k]) > kLeastShare)
                 shares[static_cast<std::size_t>(k)].push_back(
                     {&by, 1.0, passed[k],
                      std::abs(stopped[k]) / (std::abs(stopped.r) + std::abs(stopped.g) + std::abs(stopped.b))});
     }
-    for (int k = 0; k < 3; ++k)
-        if (auto& own = shares[static_cast<std::size_t>(k)]; !own.empty())
-            own.front().none *= white[k], own.front().all *= white[k];
+    const auto wheels = all_driving(index, beam, is_color_wheel);
+    for (const Driving& by : wheels)
+        for (auto& own : shares)
+            if (by.function->wheel >= 0) own.push_back({&by, 1.0, 1.0, 0.0, true});
     add_components(import, index, beam, shares, "product");
 }
 
-// Result: whether a colour temperature is driven.
-bool add_temperature(ShowImport& import, ModeIndex& index, const FixtureBeam& beam) {
+void add_temperature(ShowImport& import, ModeIndex& index, const FixtureBeam& beam) {
     const Wanted wanted = [](std::string_view one) { return one == "CTO" || one == "CTC" || one == "CTB"; };
     const auto all = all_driving(index, beam, wanted);
-    if (all.empty()) return false;
+    if (all.empty()) return;
     Driving by = all.front();
     for (const Driving& one : all)  // of several at one geometry the last counts, as in gdtf::beam_states
         if (one.patched->geometry == by.patched->geometry) by = one;
@@ -146,11 +204,10 @@ bool add_temperature(ShowImport& import, ModeIndex& index, const FixtureBeam& be
         import.report.add(Outcome::left_out, "the colour temperatures of a fixture type were never filled in",
                           beam.type.name + " " + by.function->attribute);
         index.driven.emplace(by.patched->channel, by.function->attribute);  // it has its line
-        return false;
+        return;
     }
     add_state_ranges(import, index, beam, by, wanted, "cct",
                      [](const gdtf::BeamState& state) { return state.white_k; });
-    return true;
 }
 
 // The ranges of a channel's functions that turn about an axis, ascending; of those that overlap the first counts.
@@ -315,11 +372,12 @@ ModeIndex& index_of(ShowImport& import, const gdtf::Mode& mode) {
     if (!fresh) return index;
     index.has_beam = std::any_of(mode.geometries.begin(), mode.geometries.end(),
                                  [](const gdtf::Geometry& one) { return one.beam.has_value(); });
+    const bool by_rgb = gdtf::mix_by_rgb(mode);
     for (const gdtf::PatchedChannel& patched : mode.patched) {
         const auto& functions = mode.channels[static_cast<std::size_t>(patched.channel)].functions;
         if (!patched.slots.empty()) index.channels_of.emplace(patched.geometry, &patched);
-        const auto emitter = std::find_if(functions.begin(), functions.end(), [](const gdtf::ChannelFunction& one) {
-            return one.attribute.starts_with("ColorAdd_");
+        const auto emitter = std::find_if(functions.begin(), functions.end(), [&](const gdtf::ChannelFunction& one) {
+            return gdtf::adds_light(one.attribute, by_rgb);
         });
         if (emitter != functions.end()) index.emitters_of.emplace(patched.geometry, &*emitter);
     }
@@ -393,21 +451,17 @@ void note_undriven(ShowImport& import) {
     }
 }
 
-DrivenBeam add_patch_rows(ShowImport& import, const FixtureBeam& beam) {
+std::optional<HeadAxes> add_patch_rows(ShowImport& import, const FixtureBeam& beam) {
     if (beam.fixture.patches.empty()) return {};
     ModeIndex& index = index_of(import, beam.mode);
     index.patched_type = &beam.type;
     const auto dimmers = all_driving(index, beam, is("Dimmer"));
     for (const Driving& dimmer : dimmers)
         add_share(import, index, beam, dimmer, {"level", 0.0, 1.0, {}, dimmers.size() > 1 ? "product" : ""});
-    DrivenBeam driven;
-    driven.cct = add_temperature(import, index, beam);
-    const double lamp_k = beam.mode.geometries[static_cast<std::size_t>(beam.geometry)].beam->color_temperature_k.value;
-    add_colors(import, index, beam,
-               driven.cct ? glm::dvec3(1.0) : white_factors(std::clamp(lamp_k, 1000.0, 15000.0), 0.0));
+    add_temperature(import, index, beam);
+    add_colors(import, index, beam);
     add_beam_rows(import, index, beam);
-    driven.axes = add_turns(import, index, beam);
-    return driven;
+    return add_turns(import, index, beam);
 }
 
 }  // namespace gonio::exchange

@@ -6,6 +6,8 @@
 #include <map>
 #include <optional>
 
+#include "server/assets/srgb.h"
+
 namespace gonio::exchange {
 namespace {
 
@@ -40,10 +42,6 @@ float f32(std::string_view bytes, std::size_t at) {
     float value;
     std::memcpy(&value, &bits, sizeof value);
     return value;
-}
-
-double linear(double encoded) {  // IEC 61966-2-1
-    return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
 }
 
 // One object's points and faces, until both are known.
@@ -117,7 +115,7 @@ std::optional<Error> read_material(Reading& reading, std::string_view content) {
                 const double read =
                     bytes ? static_cast<unsigned char>(value[at]) / 255.0 : static_cast<double>(f32(value, 4 * at));
                 const double kept = std::isfinite(read) ? std::clamp(read, 0.0, 1.0) : 0.5;
-                color[i] = static_cast<float>(encoded ? linear(kept) : kept);
+                color[i] = static_cast<float>(encoded ? linear_of_srgb(kept) : kept);
             }
             return std::nullopt;
         });

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include "ies/core/text.h"
@@ -37,7 +38,7 @@ constexpr auto kKinds = std::to_array<KindRow>({
 
 // Of objects: what is left out where it holds something.
 constexpr auto kUnread = std::to_array<const char*>(
-    {"Alignments", "Overwrites", "Connections", "Mappings", "Gobo", "Protocols", "Sources", "Projections"});
+    {"Alignments", "Overwrites", "Connections", "Mappings", "Protocols", "Sources", "Projections"});
 
 auto row_of(const pugi::xml_node& node) {
     return std::find_if(kKinds.begin(), kKinds.end(), [&](const KindRow& one) { return one.element == node.name(); });
@@ -93,7 +94,7 @@ glm::dmat4 noted_matrix(Reading& reading, const exchange::ReadMatrix& read, cons
     if (read.state == MatrixState::empty && node)
         reading.note(Outcome::defaulted, "an empty matrix: it is where its parent is", name);
     if (read.state == MatrixState::bad)
-        reading.note(Outcome::defaulted, "a matrix is not of numbers: it is where its parent is",
+        reading.note(Outcome::defaulted, "a matrix is not of numbers up to 1,000 km: it is where its parent is",
                      written(name, "Matrix", node.text().get()));
     if (read.state == MatrixState::singular)
         reading.note(Outcome::guessed, "a matrix's axes span no space: only its position was taken", name);
@@ -269,6 +270,18 @@ void add_fixture(Reading& reading, const pugi::xml_node& node, int object, std::
     fixture.invert_pan = is_true(child_text(node, "DMXInvertPan"));
     fixture.invert_tilt = is_true(child_text(node, "DMXInvertTilt"));
     fixture.casts_shadow = !node.child("CastShadow") || is_true(child_text(node, "CastShadow"));
+    if (const std::string_view picture = child_text(node, "Gobo"); !picture.empty()) {
+        fixture.gobo = reading.entries.find(picture, ".png").entry;
+        if (fixture.gobo.empty())
+            reading.note(Outcome::left_out, "a fixture's gobo is not in the archive", written(name, "Gobo", picture));
+        const std::string_view turn = attribute_of(node.child("Gobo"), "rotation");
+        const auto turn_deg = exchange::number_of(turn);
+        if (turn_deg && std::isfinite(*turn_deg))
+            fixture.gobo_rad = std::remainder(*turn_deg, 360.0) * (std::numbers::pi / 180.0);
+        else if (!turn.empty())
+            reading.note(Outcome::defaulted, "a value is no number: its default stands",
+                         written(name, "rotation", turn));
+    }
     const std::string_view label = child_text(node, "Color");
     if (const auto color = exchange::bracketed_numbers(label); color && color->size() == 3)
         fixture.color = {(*color)[0], (*color)[1], (*color)[2]};
@@ -456,7 +469,13 @@ Result<Show> read_mvr(const ZipArchive& archive, const ReadOptions& options) {
         if (!entry.is_folder()) entries.push_back(entry.name);
     if (archive.find(description) == nullptr) {
         const auto found = EntryIndex(entries).find(description, ".xml");
-        if (!found.entry.empty()) description = found.entry;
+        if (!found.entry.empty()) {
+            description = found.entry;
+        } else if (const auto type = EntryIndex(entries).find("description.xml", ".xml"); !type.entry.empty()) {
+            return Error{"bad_mvr", type.entry, "",
+                         "the file is a GDTF fixture, no show; load an MVR show that holds the fixture, or add a light "
+                         "with a photometric file of it"};
+        }
     }
     const auto xml = archive.read(description);
     if (!xml) return xml.error();

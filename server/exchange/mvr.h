@@ -87,6 +87,8 @@ struct Fixture {
     std::string position;  // the name of the Position that it hangs at
     int focus = -1;        // index into Show::focus_points
     std::vector<Patch> patches;
+    std::string gobo;       // entry of the archive, a picture that goes before those of its wheels; empty: none
+    double gobo_rad = 0.0;  // counter-clockwise, seen from the fixture
     bool invert_pan = false, invert_tilt = false, casts_shadow = true;
     std::optional<std::array<double, 3>> color;  // CIE xyY of the label (a gel), Y in percent
     std::vector<std::string> commands;           // CustomCommand

@@ -20,6 +20,7 @@
 #include "server/exchange/import_mvr.h"
 #include "server/lighting/clusters.h"
 #include "server/scene/apply.h"
+#include "server/scene/imported.h"
 #include "server/scene/light_tables.h"
 #include "server/trace/geometry.h"
 
@@ -35,13 +36,16 @@ constexpr auto kLongestRefusal = 10s;   // where it is there, and what it says c
 constexpr auto kWrongTokenPause = 15s;  // it lets an address guess --max-auth-failures times a minute, usually 5
 constexpr auto kAskAgain = 10s;         // what a leader without news says to the question before shows that it lives
 constexpr auto kLongestSilence = 30s;
-constexpr auto kFrame = 16ms;                                       // from one question to the next at least
-constexpr std::size_t kMostWarnings = 16;                           // in the log, of one state
-constexpr std::uint64_t kMaxContentBytes = std::uint64_t{8} << 20;  // of a profile with its name; written anew as text
+constexpr auto kFrame = 16ms;                                        // from one question to the next at least
+constexpr std::size_t kMostWarnings = 16;                            // in the log, of one state
+constexpr std::uint64_t kMaxContentBytes = std::uint64_t{16} << 20;  // of a profile with its name and wheel
 
 bool same_files(const SceneAsset& asset, const FollowedShow& show) {
     const double scale = show.show.scene_scale() == 0.0 ? 1.0 : show.show.scene_scale();
     if (asset.name != show.show.scene() || asset.scale != scale) return false;
+    if (show.show.has_scene_universe_offset() &&
+        (!asset.imported || asset.imported->universe_offset != show.show.scene_universe_offset()))
+        return false;
     const std::vector<AssetFile> none;
     return std::ranges::equal(
         asset.files ? asset.files->files : none, show.files,
@@ -224,6 +228,7 @@ Result<bool> Follower::load_scene(const FollowedShow& show, FetchedParts& fetche
     }
     LoadOptions load = options_.load;
     load.scale = show.show.scene_scale() == 0.0 ? 1.0 : show.show.scene_scale();
+    load.universe_offset = show.show.scene_universe_offset();
     std::string path = show.show.scene();
     if (!show.files.empty()) {
         const auto folder = cache_.folder_of(show.files);

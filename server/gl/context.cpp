@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "server/gl/vendor_files.h"
+
 namespace gonio::gl {
 
 Context::Context(void* display, void* context, const std::string& display_name, bool debug)
@@ -97,8 +99,9 @@ std::unique_ptr<Context> Context::create(const ContextOptions& options) {
         }
         return std::unique_ptr<Context>(new Context(display, context, name, options.debug));
     }
+    const std::string dead = dead_vendor_files();
     throw std::runtime_error("no EGL display offers a headless OpenGL 4.5 core context (tried: " +
-                             (tried.empty() ? std::string("none") : tried) + ")");
+                             (tried.empty() ? std::string("none") : tried) + ")" + (dead.empty() ? "" : "; " + dead));
 }
 
 }  // namespace gonio::gl

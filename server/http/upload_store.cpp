@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "protocol/schema/upload_name.h"
+#include "server/base/own_folder.h"
 
 namespace gonio {
 namespace {
@@ -31,32 +32,30 @@ Result<std::unique_ptr<UploadStore>> UploadStore::open(const std::string& folder
     if (folder.empty()) {
         const char* runtime = std::getenv("XDG_RUNTIME_DIR");
         const bool usable = runtime != nullptr && *runtime == '/' && access(runtime, W_OK) == 0;
-        fs::path parent = usable ? fs::path(runtime) : fs::temp_directory_path(failed);
-        path = (parent / "goniod-uploads-XXXXXX").string();
-        if (failed || mkdtemp(path.data()) == nullptr) return unwritable(path, errno);
-    } else {
-        fs::create_directories(folder, failed);
-        if (failed) return unwritable(folder, failed.value());
-        path = fs::canonical(folder, failed).string();
+        const fs::path parent = usable ? fs::path(runtime) : fs::temp_directory_path(failed);
+        if (failed) return unwritable(parent.string(), failed.value());
+        auto own = make_own_folder(parent.string(), "goniod-uploads");
+        if (!own) return own.error();
+        return std::unique_ptr<UploadStore>(new UploadStore(std::move(own->path), true, std::move(own->held), limits));
     }
-    const int fd = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd < 0) return unwritable(path, errno);
+    fs::create_directories(folder, failed);
+    if (failed) return unwritable(folder, failed.value());
+    path = fs::canonical(folder, failed).string();
+    Descriptor fd(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (!fd) return unwritable(path, errno);
     // Until the descriptor is closed, also by a kill. Where the disk knows no locks the folder is nobody's for sure.
-    const bool held = ::flock(fd, LOCK_EX | LOCK_NB) == 0;
-    if (!held && errno == EWOULDBLOCK) {
-        ::close(fd);
+    const bool held = ::flock(fd.fd(), LOCK_EX | LOCK_NB) == 0;
+    if (!held && errno == EWOULDBLOCK)
         return Error{"busy", path, "", "Another server uses this folder for uploads; each needs one of its own."};
-    }
-    std::unique_ptr<UploadStore> store(new UploadStore(path, folder.empty(), fd, limits));
+    std::unique_ptr<UploadStore> store(new UploadStore(path, false, std::move(fd), limits));
     store->count(held);
     return store;
 }
 
-UploadStore::UploadStore(std::string folder, bool own, int fd, const HttpLimits& limits)
-    : folder_(std::move(folder)), own_(own), fd_(fd), limits_(limits) {}
+UploadStore::UploadStore(std::string folder, bool own, Descriptor fd, const HttpLimits& limits)
+    : folder_(std::move(folder)), own_(own), fd_(std::move(fd)), limits_(limits) {}
 
 UploadStore::~UploadStore() {
-    ::close(fd_);
     discard(std::chrono::milliseconds(0));
 }
 
@@ -79,7 +78,7 @@ void UploadStore::count(bool held) {
     for (const fs::directory_entry& entry : fs::directory_iterator(folder_, ignored)) {
         const std::string name = entry.path().filename().string();
         if (name.starts_with(".part-")) {
-            if (held) unlinkat(fd_, name.c_str(), 0);
+            if (held) fs::remove_all(entry.path(), ignored);  // a file, or the folder of a scene that was in use
         } else if (entry.is_regular_file(ignored)) {
             ++files_;
             bytes_ += entry.file_size(ignored);
@@ -89,7 +88,7 @@ void UploadStore::count(bool held) {
 
 std::optional<std::uint64_t> UploadStore::size_of(const std::string& name) const {
     struct stat status {};
-    if (fstatat(fd_, name.c_str(), &status, AT_SYMLINK_NOFOLLOW) != 0) return std::nullopt;
+    if (fstatat(fd_.fd(), name.c_str(), &status, AT_SYMLINK_NOFOLLOW) != 0) return std::nullopt;
     return static_cast<std::uint64_t>(status.st_size);
 }
 
@@ -97,7 +96,7 @@ Result<UploadPart> UploadStore::begin(const std::string& name, std::uint64_t dec
     if (!is_upload_name(name))
         return Error{"invalid_argument", "name", name.substr(0, 80),
                      "must be at most 64 letters, digits, '.', '_' and '-' that end in .glb, .gltf, .mvr, .json, .ies, "
-                     ".ldt, .xml, .iesxml or .gldf"};
+                     ".ldt, .xml, .iesxml, .gldf or .zip"};
     if (declared_bytes > limits_.upload_bytes)
         return Error{"too_large", name, std::to_string(declared_bytes) + " bytes",
                      "An upload has at most " + std::to_string(limits_.upload_bytes) + " bytes."};
@@ -107,7 +106,7 @@ Result<UploadPart> UploadStore::begin(const std::string& name, std::uint64_t dec
     UploadPart part;
     part.name = name;
     part.temporary_name = ".part-" + std::to_string(getpid()) + "-" + std::to_string(++next_part_);
-    part.fd = openat(fd_, part.temporary_name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
+    part.fd = openat(fd_.fd(), part.temporary_name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
     if (part.fd < 0) return unwritable(name, errno);
     return part;
 }
@@ -139,7 +138,7 @@ Result<bool> UploadStore::finish(UploadPart& part) {
         return Error{"full", part.name, std::to_string(files_) + " files",
                      "There is no room for more uploads; DELETE one."};
     }
-    if (!written || renameat(fd_, part.temporary_name.c_str(), fd_, part.name.c_str()) != 0) {
+    if (!written || renameat(fd_.fd(), part.temporary_name.c_str(), fd_.fd(), part.name.c_str()) != 0) {
         const int number = written ? errno : close_error;
         abandon(part);
         return unwritable(part.name, number);
@@ -153,7 +152,7 @@ Result<bool> UploadStore::finish(UploadPart& part) {
 void UploadStore::abandon(UploadPart& part) {
     if (part.fd >= 0) ::close(std::exchange(part.fd, -1));
     if (part.temporary_name.empty()) return;
-    unlinkat(fd_, part.temporary_name.c_str(), 0);
+    unlinkat(fd_.fd(), part.temporary_name.c_str(), 0);
     part.temporary_name.clear();
     bytes_ -= std::min(bytes_, part.bytes);
 }
@@ -161,7 +160,7 @@ void UploadStore::abandon(UploadPart& part) {
 bool UploadStore::remove(const std::string& name) {
     if (!is_upload_name(name)) return false;
     const std::optional<std::uint64_t> removed = size_of(name);
-    if (!removed || unlinkat(fd_, name.c_str(), 0) != 0) return false;
+    if (!removed || unlinkat(fd_.fd(), name.c_str(), 0) != 0) return false;
     bytes_ -= std::min(bytes_, *removed);
     if (files_ > 0) --files_;
     return true;

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "ies/core/result.h"
+#include "server/base/descriptor.h"
 #include "server/http/http_limits.h"
 
 namespace gonio {
@@ -24,8 +25,9 @@ struct UploadPart {
 class UploadStore {
 public:
     // folder: made if it is missing, and kept; what lies in it counts. Empty: a fresh one that only this user may read,
-    // in $XDG_RUNTIME_DIR or the folder for temporary files, removed with its content at the end. Errors:
-    // "file_unwritable"; "busy" where another store, of whatever process, holds the folder.
+    // in $XDG_RUNTIME_DIR or the folder for temporary files, removed with its content at the end. Those that killed
+    // servers left there are removed first (own_folder.h). Errors: "file_unwritable"; "busy" where another store, of
+    // whatever process, holds the folder.
     static Result<std::unique_ptr<UploadStore>> open(const std::string& folder, const HttpLimits& limits);
     ~UploadStore();
     UploadStore(const UploadStore&) = delete;
@@ -48,13 +50,13 @@ public:
     bool remove(const std::string& name);
 
 private:
-    UploadStore(std::string folder, bool own, int fd, const HttpLimits& limits);
+    UploadStore(std::string folder, bool own, Descriptor fd, const HttpLimits& limits);
     std::optional<std::uint64_t> size_of(const std::string& name) const;  // nothing where there is no such file
     void count(bool held);
 
     std::string folder_;
     bool own_;
-    int fd_;
+    Descriptor fd_;  // of the folder, which it holds against other servers
     HttpLimits limits_;
     std::uint64_t bytes_ = 0;  // of whole files and of parts
     unsigned files_ = 0, next_part_ = 0;

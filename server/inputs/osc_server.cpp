@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 
 #include "protocol/schema/console.pb.h"
@@ -213,9 +214,14 @@ void OscServer::take(Bytes packet, const OscClient& from) {
         const std::int64_t ahead_ns = wall_ns ? *wall_ns - wall_clock_ns() : 0;
         if (ahead_ns <= 0) {
             act(message, from, now_ns);
-        } else if (ahead_ns > kOscFarthest_ns || scheduled_.size() >= kMaxOscScheduled) {
+        } else if (ahead_ns > kOscFarthest_ns) {
             refuse(from, message.address,
-                   {"invalid_argument", message.address, "", "the time tag lies too far ahead, or too much waits"});
+                   {"invalid_argument", message.address, "",
+                    "its time tag lies " + print_number(std::ceil(static_cast<double>(ahead_ns) * 1e-9)) +
+                        " s ahead, and a message waits for 60 s at most: do both clocks show the same time?"});
+        } else if (scheduled_.size() >= kMaxOscScheduled) {
+            refuse(from, message.address,
+                   {"busy", message.address, "", "1,024 messages wait for the time of their tags already"});
         } else if (const std::size_t size = encode_osc(message).size(); size > kMaxOscScheduledBytes) {
             refuse(from, message.address,
                    {"too_large", message.address, std::to_string(size) + " bytes",

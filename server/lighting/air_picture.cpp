@@ -111,13 +111,27 @@ HWY_EXPORT(PackRow);
 
 namespace {
 
+// Result: by how much GBuffer::depth grows from a pixel to the next, `step` apart in it: on a plane it is even. Of the
+// two sides the flatter one, because the other may lie beyond an edge.
+float depth_slope(const GBuffer& s, std::size_t at, std::size_t step, bool has_before, bool has_after) {
+    const float own = s.depth[at], before = has_before ? own - s.depth[at - step] : 0.0f,
+                after = has_after ? s.depth[at + step] - own : 0.0f;
+    if (!has_before || !has_after) return before + after;
+    return std::abs(before) < std::abs(after) ? before : after;
+}
+
 // A ray of a pixel, as number i. off: from its middle, pixels; wide_rad: AirRays::pixel_rad.
 void set_ray(const GBuffer& s, int x, int y, const glm::vec2& off, float far_m, float shift_ratio, float wide_rad,
              std::size_t i, AirRays& rays) {
     const glm::vec3 ray =
         s.rays.corner + (static_cast<float>(x) + off.x) * s.rays.right + (static_cast<float>(y) + off.y) * s.rays.up;
-    const float length = glm::length(ray),
-                depth = s.depth[static_cast<std::size_t>(y) * s.row_length + static_cast<std::size_t>(x)];
+    const float length = glm::length(ray);
+    const std::size_t at = static_cast<std::size_t>(y) * s.row_length + static_cast<std::size_t>(x);
+    float depth = s.depth[at];
+    if (off != glm::vec2(0.0f) && depth > 0.0f)  // behind the surface there may be a luminaire
+        depth = std::max(depth + off.x * depth_slope(s, at, 1, x > 0, x + 1 < s.width) +
+                             off.y * depth_slope(s, at, s.row_length, y > 0, y + 1 < s.height),
+                         0.5f * depth);
     rays.set(i, s.rays.eye, ray / length, depth > 0.0f ? length * s.rays.near_m / depth : far_m, shift_ratio, wide_rad);
 }
 // Sixteen places in a step, neighbours far apart (Bayer 1973).

@@ -47,11 +47,12 @@ HWY_INLINE Part within_cone(const Vec3& w, const Vec3& d, float cosine, const Pa
     return common(whole, {begin, end});
 }
 
-// 1 where a map's light reaches p, at distance r; between texels as many of the four as are further away.
+// 1 where a map's light reaches the distance r in the direction of p; between texels as many of the four as are further
+// away.
 HWY_INLINE Float reaches(const DistanceMap& map, const Vec3& p, Float r) {
     const Tag tag;
     const IntTag ints;
-    const Float per_r = Float(1.0f) / max(r, Float(1e-6f)), half(0.5f * static_cast<float>(map.side)),
+    const Float per_r = inversesqrt(max(dot(p, p), Float(1e-12f))), half(0.5f * static_cast<float>(map.side)),
                 k = inversesqrt(max((Float(1.0f) - p.z * per_r) * Float(map.spread), Float(1e-6f))) * per_r * half;
     const Float last(static_cast<float>(map.side) - 1.001f);
     const auto place = [&](Float x) { return min(max(x * k + half - Float(0.5f), Float(0.0f)), last); };
@@ -86,15 +87,16 @@ HWY_INLINE float end_weight(unsigned n, unsigned samples) {
 
 // What `samples` places in a part of the rays scatter to their start.
 HWY_INLINE Float scattered(const AirlightSource& source, const Bundle& ray, const Part& part, unsigned samples) {
-    constexpr float kLeast_m = 1e-3f;  // a ray through a luminaire comes no nearer
     // The mean of 1 / h over a square of side 1 about the luminaire is 4 ln(1 + √2), that of h = 0.2837.
     constexpr float kPixel = 0.2837f;
     const Tag tag;
     const Air& air = source.light.air;
+    Air beyond = air;
+    beyond.extinction_per_m *= source.beyond_ratio;
     const Float b = -dot(ray.w, ray.d);
     const Vec3 foot = ray.w + ray.d * b;
     const Float blur = max(b, Float(0.0f)) * ray.pixel_rad * Float(kPixel);
-    const Float h = max(sqrt(dot(foot, foot) + blur * blur), Float(kLeast_m));
+    const Float h = max(sqrt(dot(foot, foot) + blur * blur), Float(source.least_m));
     const Float first = atan(part.begin - b, h), last = atan(part.end - b, h),
                 step = (last - first) * Float(1.0f / static_cast<float>(samples)), start = first + step * Float(0.5f),
                 aside = step * (ray.shift - Float(0.5f));
@@ -119,9 +121,9 @@ HWY_INLINE Float scattered(const AirlightSource& source, const Bundle& ray, cons
             value = value * phase * phase * phase;
             if (air.per_height > 0.0f)
                 value = value * exp(max(y - Float(air.floor_m), Float(0.0f)) * Float(-air.per_height)) *
-                        air_passes(air, r, light_y, y) * air_passes(air, t, ray.y, y);
+                        air_passes(air, r, light_y, y) * air_passes(beyond, t, ray.y, y);
             else
-                value = value * exp((r + t) * Float(-air.extinction_per_m));
+                value = value * exp(r * Float(-air.extinction_per_m) - t * Float(beyond.extinction_per_m));
             sum = sum + value * Float(end_weight(std::min(i, samples - 1 - i), samples));
         }
         const Float turned_cosine = cosine * cos_step - sine * sin_step;
@@ -178,11 +180,38 @@ namespace gonio::lighting {
 
 HWY_EXPORT(Airlight);
 
+namespace {
+
+// Where a texel's ray ends, seen from the luminaire: the point, m, and its surface as the plane plane · p = 1.
+struct End {
+    glm::vec3 point{0.0f}, plane{0.0f};
+};
+
+// How far light goes in all directions between a texel and those around it that end on the same plane. Along a wall
+// that is close to the luminaire distances change fast, and light must not come out behind the wall between two of
+// them.
+float least_around(const std::vector<End>& ends, int side, int row, int column) {
+    constexpr float kSame = 0.02f, kClose_m = 0.05f;
+    const auto at = [&](int y, int x) -> const End& { return ends[static_cast<std::size_t>(y * side + x)]; };
+    const End& own = at(row, column);
+    float least2 = glm::dot(own.point, own.point);
+    if (glm::dot(own.plane, own.plane) * (kClose_m * kClose_m) < 1.0f) return std::sqrt(least2);  // it is farther away
+    for (int y = std::max(row - 1, 0); y <= std::min(row + 1, side - 1); ++y)
+        for (int x = std::max(column - 1, 0); x <= std::min(column + 1, side - 1); ++x)
+            if (std::abs(glm::dot(own.plane, at(y, x).point) - 1.0f) < kSame)
+                least2 = std::min(least2, glm::dot(at(y, x).point, at(y, x).point));
+    return std::sqrt(least2);
+}
+
+}  // namespace
+
 void trace_distances(const DirectLight& light, const trace::Geometry& geometry, int side, DistanceMap& map,
                      Pool& pool) {
     map.side = side;
     map.spread = 1.0f - std::max(-1.0f, light.beam_cos);
-    map.metres.resize(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
+    const std::size_t texels = static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
+    map.metres.assign(texels, std::numeric_limits<float>::max());
+    std::vector<End> ends(texels);
     const glm::mat3 world_from_light = glm::transpose(light.light_from_world);
     const float start = geometry.step_off(light.position), margin = 1.0f + 4.0f / static_cast<float>(side);
     pool.run(side, [&](int row) {
@@ -204,9 +233,18 @@ void trace_distances(const DirectLight& light, const trace::Geometry& geometry, 
                 if (i < count && out < margin) active |= 1u << i;
             }
             const unsigned met = geometry.closest(rays, active, hits);
-            for (int i = 0; i < count; ++i)
-                map.metres[static_cast<std::size_t>(row * side + column + i)] =
-                    (met >> i & 1u) != 0 ? hits.distance[i] + start : std::numeric_limits<float>::max();
+            for (int i = 0; i < count; ++i) {
+                if ((met >> i & 1u) == 0) continue;
+                End& end = ends[static_cast<std::size_t>(row * side + column + i)];
+                end.point = (hits.distance[i] + start) * rays.along(i);
+                end.plane = hits.normal(i) / glm::dot(hits.normal(i), end.point);
+            }
+        }
+    });
+    pool.run(side, [&](int row) {
+        for (int column = 0; column < side; ++column) {
+            const std::size_t at = static_cast<std::size_t>(row * side + column);
+            if (ends[at].plane != glm::vec3(0.0f)) map.metres[at] = least_around(ends, side, row, column);
         }
     });
 }

@@ -29,6 +29,8 @@ struct AirlightSource {
     DirectLight light;             // with its air
     const DistanceMap* distances;  // null: nothing stops it
     float core_cos = -1.0f;        // of the cone in which it is bright (LightTables::core_cos)
+    float beyond_ratio = 1.0f;     // of the extinction, where it counts on the way from the air to the rays' starts
+    float least_m = 1e-3f;         // a ray through the luminaire counts as if it passed so far from it
 };
 // Rays, arrays of a multiple of kSimdWidth: starts, local, m; directions, unit; how far they go, m; and where in its
 // step each takes its samples, 0 to 1.

@@ -143,6 +143,16 @@ namespace gonio::lighting {
 HWY_EXPORT(GlowAt);
 HWY_EXPORT(GlowAlong);
 
+namespace {
+
+// Result: where a probe is, local, m.
+glm::vec3 place_of(const Probes& probes, std::size_t i) {
+    const auto nx = static_cast<std::size_t>(probes.count.x), ny = static_cast<std::size_t>(probes.count.y);
+    return probes.least + glm::vec3(i % nx, i / nx % ny, i / (nx * ny)) / probes.per_step;
+}
+
+}  // namespace
+
 AirBox air_box(const trace::Geometry& geometry, const glm::vec3& eye) {
     const Bounds& bounds = geometry.asset().bounds;
     AirBox box{geometry.local(bounds.min), geometry.local(bounds.max)};
@@ -182,8 +192,7 @@ Probes make_probes(const transport::Transport::Surface& surface, const AirBox& b
     pool.run_chunks(probes.size(), 16, [&](std::size_t first, std::size_t size) {
         trace::HitPacket hits;
         for (std::size_t i = first; i < first + size; ++i) {
-            const auto nx = static_cast<std::size_t>(probes.count.x), ny = static_cast<std::size_t>(probes.count.y);
-            const glm::vec3 p = probes.least + apart * glm::vec3(i % nx, i / nx % ny, i / (nx * ny));
+            const glm::vec3 p = place_of(probes, i);
             for (int k = 0; k < kProbeLinks; k += trace::kPacket) {
                 transport::Fan fan;
                 for (int j = 0; j < trace::kPacket; ++j) {
@@ -211,16 +220,54 @@ void glow_of(const Probes& probes, std::span<const glm::vec4> sent, bool emissio
     glow.assign(probes.size(), glm::vec3(0.0f));
     if (sent.empty()) return;
     const bool emits = emission && !probes.emission.empty();
-    const auto nx = static_cast<std::size_t>(probes.count.x), ny = static_cast<std::size_t>(probes.count.y);
     pool.run_chunks(probes.size(), 64, [&](std::size_t first, std::size_t size) {
         for (std::size_t i = first; i < first + size; ++i) {
-            const glm::vec3 p = probes.least + glm::vec3(i % nx, i / nx % ny, i / (nx * ny)) / probes.per_step,
-                            along = glm::normalize(p - eye + glm::vec3(1e-6f));
+            const glm::vec3 p = place_of(probes, i), along = glm::normalize(p - eye + glm::vec3(1e-6f));
             const glm::vec3* const own = emits ? probes.emission.data() + i * kProbeLinks : nullptr;
             HWY_DYNAMIC_DISPATCH(GlowAt)
             (probes, probes.ids.data() + i * kProbeLinks, own, sent.data(), sent.size(), along, g, &glow[i].x);
         }
     });
+}
+
+std::vector<std::uint8_t> seen_probes(const Probes& probes, const trace::Geometry& geometry, const glm::vec3& eye,
+                                      Pool& pool) {
+    std::vector<std::uint8_t> seen(probes.size());
+    pool.run_chunks(probes.size(), 64, [&](std::size_t first, std::size_t size) {
+        for (std::size_t i = first; i < first + size; ++i) {
+            const glm::vec3 way = place_of(probes, i) - eye;
+            const float length_m = glm::length(way);
+            trace::SurfaceHit hit;
+            seen[i] =
+                length_m == 0.0f || !geometry.closest(eye, way / length_m, 0.0f, true, hit) || hit.distance >= length_m;
+        }
+    });
+    return seen;
+}
+
+void hide_unseen(const Probes& probes, std::span<const std::uint8_t> seen, Glow& glow) {
+    const glm::ivec3 count = probes.count;
+    const auto at = [&](const glm::ivec3& p) {
+        return static_cast<std::size_t>((p.z * count.y + p.y) * count.x + p.x);
+    };
+    const Glow own = glow;
+    glm::ivec3 p;
+    for (p.z = 0; p.z < count.z; ++p.z)
+        for (p.y = 0; p.y < count.y; ++p.y)
+            for (p.x = 0; p.x < count.x; ++p.x) {
+                if (seen[at(p)] != 0) continue;
+                glm::vec3 sum(0.0f);
+                float weights = 0.0f;
+                for (int k = 0; k < 27; ++k) {
+                    const glm::ivec3 off = glm::ivec3(k % 3, k / 3 % 3, k / 9) - 1, q = p + off;
+                    if (glm::any(glm::lessThan(q, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(q, count)) ||
+                        seen[at(q)] == 0)
+                        continue;
+                    const float weight = 1.0f / static_cast<float>(glm::dot(glm::vec3(off), glm::vec3(off)));
+                    sum += weight * own[at(q)], weights += weight;
+                }
+                if (weights > 0.0f) glow[at(p)] = sum / weights;
+            }
 }
 
 void add_glow(const Probes& probes, const PackedGlow& glow, const Air& air, const AirRays& rays, std::size_t first,

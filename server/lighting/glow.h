@@ -40,6 +40,13 @@ using Glow = std::vector<glm::vec3>;
 void glow_of(const Probes& probes, std::span<const glm::vec4> sent, bool emission, const glm::vec3& eye, float g,
              Glow& glow, Pool& pool);
 
+// By probe, whether an eye sees it (1): backs of single-sided surfaces hide nothing. Light on its way to the eye passes
+// through air that the eye sees. What is behind a wall is no part of it, and inside a housing it may be very bright.
+std::vector<std::uint8_t> seen_probes(const Probes& probes, const trace::Geometry& geometry, const glm::vec3& eye,
+                                      Pool& pool);
+// Gives probes that the eye does not see the mean of those around that it does; where it sees none they keep their own.
+void hide_unseen(const Probes& probes, std::span<const std::uint8_t> seen, Glow& glow);
+
 // The same as RGB9_E5, × unit: to 0.2 % of a probe's greatest channel.
 struct PackedGlow {
     std::vector<std::uint32_t> words;

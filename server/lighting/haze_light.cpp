@@ -96,25 +96,43 @@ HazePoints haze_points(const transport::Surfels& surfels, Pool& pool) {
     HazePoints points;
     points.around.resize(surfels.count), points.weights.resize(surfels.count);
     if (surfels.count == 0) return points;
-    // Patches: surfels in one cube that face the same way of six.
+    // A patch is the surfels in one cube that face the same way of six and lie on one surface. Of the walls of a
+    // partition one may be lit and the other dark, so a gap along the axis that they face begins another patch. Where
+    // surfels crowd near a source, the cube's side is halved as often as their spacing is.
+    const auto level_of = [&](std::size_t i) {
+        return std::clamp(static_cast<int>(std::log2(surfels.radius_m / std::max(surfels.spacing_m[i], 1e-6f))), 0, 6);
+    };
+    const auto side_of = [&](std::size_t i) { return std::ldexp(side_m, -level_of(i)); };
     struct Patch {
         glm::vec3 sum{0.0f};
         std::vector<std::uint16_t> ids;
         std::uint16_t number = 0;  // of its point
     };
-    std::map<std::array<int, 4>, Patch> patches;
-    std::vector<const Patch*> patch_of(surfels.count);
+    std::map<std::array<int, 5>, std::vector<std::pair<float, std::uint16_t>>> cubes;  // by place along the axis faced
     for (std::size_t i = 0; i < surfels.count; ++i) {
-        const glm::vec3 p = surfels.position(i), n = surfels.normal(i), cell = glm::floor(p / side_m), a = glm::abs(n);
+        const glm::vec3 p = surfels.position(i), n = surfels.normal(i), cell = glm::floor(p / side_of(i)),
+                        a = glm::abs(n);
         const int axis = a.x > a.y && a.x > a.z ? 0 : a.y > a.z ? 1 : 2;
-        Patch& patch = patches[{static_cast<int>(cell.x), static_cast<int>(cell.y), static_cast<int>(cell.z),
-                                2 * axis + (n[axis] < 0.0f ? 1 : 0)}];
-        patch.sum += p;
-        patch.ids.push_back(static_cast<std::uint16_t>(i));
-        patch_of[i] = &patch;
+        cubes[{static_cast<int>(cell.x), static_cast<int>(cell.y), static_cast<int>(cell.z),
+               2 * axis + (n[axis] < 0.0f ? 1 : 0), level_of(i)}]
+            .emplace_back(p[axis], static_cast<std::uint16_t>(i));
+    }
+    std::vector<Patch> patches;
+    patches.reserve(surfels.count);  // they stay where they are
+    std::vector<const Patch*> patch_of(surfels.count);
+    for (auto& [key, members] : cubes) {
+        std::ranges::sort(members);
+        const float gap_m = 0.3f * std::ldexp(surfels.radius_m, -key[4]);
+        for (std::size_t k = 0; k < members.size(); ++k) {
+            if (k == 0 || members[k].first - members[k - 1].first > gap_m) patches.emplace_back();
+            Patch& patch = patches.back();
+            patch.sum += surfels.position(members[k].second);
+            patch.ids.push_back(members[k].second);
+            patch_of[members[k].second] = &patch;
+        }
     }
     // Of each patch the surfel that is nearest to its middle.
-    for (auto& [key, patch] : patches) {
+    for (Patch& patch : patches) {
         const glm::vec3 middle = patch.sum / static_cast<float>(patch.ids.size());
         const auto off = [&](std::uint16_t id) { return glm::distance(surfels.position(id), middle); };
         patch.number = static_cast<std::uint16_t>(points.ids.size());
@@ -132,7 +150,7 @@ HazePoints haze_points(const transport::Surfels& surfels, Pool& pool) {
                     std::find(around.begin(), around.begin() + count, point) != around.begin() + count)
                     return;
                 const std::size_t id = points.ids[point];
-                const float off = glm::distance(surfels.position(i), surfels.position(id)) / (1.5f * side_m),
+                const float off = glm::distance(surfels.position(i), surfels.position(id)) / (1.5f * side_of(i)),
                             near = std::max(0.0f, 1.0f - off * off),
                             facing = std::max(0.0f, glm::dot(surfels.normal(i), surfels.normal(id)));
                 around[count] = point, weights[count] = near * near * facing * facing + 1e-6f;

@@ -8,7 +8,8 @@
 namespace gonio::lighting {
 
 VplRays::VplRays(std::shared_ptr<const Profile> of_profile, unsigned count) : profile(std::move(of_profile)) {
-    const DirectionTable& directions = tables_of(*profile).directions;
+    const auto tables = shared_tables_of(*profile);
+    const DirectionTable& directions = tables->directions;
     const double peak_cd = profile->peak_cd;
     if (directions.dark() || !(peak_cd > 0.0)) return;
     const unsigned n = (count + kSubsets - 1) / kSubsets * kSubsets;

@@ -129,7 +129,9 @@ Result<Image> decode(std::span<const std::byte> bytes, bool png, const std::stri
     OIIO::ImageSpec config;
     config.attribute("oiio:UnassociatedAlpha", 1);
     const auto input = OIIO::ImageInput::create(png ? "png" : "jpeg");
-    if (!input) return Error{"unsupported", where, png ? "PNG" : "JPEG", "OpenImageIO was built without this format"};
+    // Its place is no image's: no other image could be read either, so the scene is refused.
+    if (!input)
+        return Error{"unsupported", "OpenImageIO", png ? "PNG" : "JPEG", "OpenImageIO was built without this format"};
     input->set_ioproxy(&source);
     OIIO::ImageSpec spec;
     if (!input->open(png ? "image.png" : "image.jpg", spec, config)) {

@@ -109,25 +109,42 @@ std::unique_ptr<CaptureJob> Renderer::begin_capture(const Scene& scene, View vie
     return job;
 }
 
-// The first bounce of up to eight narrow lights, as a picture that rests has it, in steps. Where lights of the live
-// scene move meanwhile it begins anew each time, and is left out in the end. Result: whether that is done.
+// The first bounces of a capture's lights in the scene's order, as far as they are. They are kept with the capture,
+// because frames of another scene between its steps forget its lights.
+struct FirstBounces {
+    std::shared_ptr<const transport::Transport> transport;  // whose surfels they are of
+    std::vector<LightGpu::Exact> of;
+};
+
+// The first bounce of up to eight narrow lights, as a picture that rests has it, in steps. Where the transport becomes
+// better meanwhile it begins anew. What takes more than a minute of work is left out. Result: whether that is done.
 bool Renderer::continue_first_bounces(CaptureJob& job, const FrameInputs& inputs) {
     constexpr std::size_t kMostLights = 8;
     constexpr std::int64_t kStepNs = 250'000'000, kMostNs = 60'000'000'000;
     const Scene& scene = job.scene;
-    if (job.next_tile > 0 || scene.lights.size() > kMostLights || scene.technique != Technique::standard ||
-        job.bounces == 0 || (job.view != View::beauty && job.view != View::indirect) || job.first_bounce_ns > kMostNs)
+    if (scene.lights.size() > kMostLights || scene.technique != Technique::standard || job.bounces == 0 ||
+        (job.view != View::beauty && job.view != View::indirect))
         return true;
     const std::int64_t began_ns = monotonic_ns();
     std::vector<SlotRef> solved;
     for (const Light& light : scene.lights) solved.push_back({Slot::solve, 0, light.id});
     std::vector<Pass> passes = build_pipeline(inputs);
     execute(passes, solved, pass_cache_);
+    if (!job.first_bounces) job.first_bounces = std::make_shared<FirstBounces>();
+    FirstBounces& kept = *job.first_bounces;
+    if (kept.transport != transport_) kept = {transport_, std::vector<LightGpu::Exact>(scene.lights.size())};
+    for (std::size_t i = 0; i < scene.lights.size(); ++i)
+        if (inputs.lights[i]->exact.next < kept.of[i].next)
+            inputs.lights[i]->exact = kept.of[i];
+        else if (inputs.lights[i]->exact.next > kept.of[i].next)
+            kept.of[i] = inputs.lights[i]->exact;  // the live picture had it
+    if (job.next_tile > 0 || job.first_bounce_ns > kMostNs) return true;
     const auto late = [&] { return monotonic_ns() > began_ns + kStepNs; };
     bool done = true;
     for (std::size_t i = 0; i < scene.lights.size() && done; ++i) {
-        if (first_bounce_left(inputs.context(), *inputs.lights[i]))
-            done = continue_first_bounce(inputs.context(), scene.lights[i], *inputs.lights[i], late);
+        if (!first_bounce_left(inputs.context(), *inputs.lights[i])) continue;
+        done = continue_first_bounce(inputs.context(), scene.lights[i], *inputs.lights[i], late);
+        kept.of[i] = inputs.lights[i]->exact;
     }
     job.first_bounce_ns += monotonic_ns() - began_ns;
     return done;

@@ -42,6 +42,7 @@ enum class Slot : std::uint8_t {
     haze_points,
     haze_surfels,
     probes,
+    seen_probes,
     glow,
     air_view,
     airlight,

@@ -148,6 +148,7 @@ void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspecto
         case Slot::haze_points:
         case Slot::haze_surfels:
         case Slot::probes:
+        case Slot::seen_probes:
         case Slot::glow:
         case Slot::air_view:
         case Slot::airlight:

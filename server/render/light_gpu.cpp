@@ -7,9 +7,10 @@ namespace gonio {
 
 std::shared_ptr<const WebGpu> make_web(std::shared_ptr<const Profile> profile) {
     auto web = std::make_shared<WebGpu>();
-    web->tables = &tables_of(*profile);
+    auto tables = shared_tables_of(*profile);
+    web->tables = tables.get();
     web->peak_cd = static_cast<float>(profile->peak_cd);
-    web->profile = std::move(profile);
+    web->profile = with_tables(std::move(profile), std::move(tables));
     return web;
 }
 

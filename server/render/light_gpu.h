@@ -26,8 +26,8 @@ struct SolidGpu {
 
 // What is made of a profile, shared by the lights that use it.
 struct WebGpu {
-    std::shared_ptr<const Profile> profile;
-    const LightTables* tables = nullptr;  // of the profile
+    std::shared_ptr<const Profile> profile;  // with its tables
+    const LightTables* tables = nullptr;     // of the profile
     float peak_cd = 0.0f;
     // Where asked for: the tables' words for shaders/lib/web_buffer.glsl (web_buffer), solid_of, rays of the light.
     mutable gl::Buffer buffer;

@@ -40,6 +40,7 @@ struct CapturedPicture {
 inline constexpr unsigned kSamplesPerPixel = 16, kMostSamplesPerPixel = 64;
 
 // A capture between its tiles: a value copy of the scene, and the picture as far as it is.
+struct FirstBounces;
 struct CaptureJob {
     Scene scene;
     View view = View::beauty;
@@ -48,7 +49,8 @@ struct CaptureJob {
     unsigned samples_per_pixel = kSamplesPerPixel;  // of edges: 1 to kMostSamplesPerPixel
     int tile_px = 4096, next_tile = 0;
     std::int64_t started_ns = 0;
-    std::int64_t first_bounce_ns = 0;  // spent on narrow lights
+    std::int64_t first_bounce_ns = 0;             // spent on narrow lights
+    std::shared_ptr<FirstBounces> first_bounces;  // what came of it
     std::shared_ptr<CapturedPicture> picture;
     std::string failure;  // why it cannot be made: it is complete then, and no picture; empty: it can
     int columns() const { return (picture->width_px + tile_px - 1) / tile_px; }  // of tiles

@@ -134,9 +134,7 @@ struct Builder {
     void add_air() {
         ScreenLight& screen = in.screen;
         ScreenAir& air = screen.air;
-        const SlotRef probes{Slot::probes}, view = per_target(Slot::air_view);
-        add_cpu("haze-rays", view, {per_target(Slot::grid)}, {},
-                [context = context, &screen] { return run_air_view(context, screen.surfaces, screen.air.view); });
+        const SlotRef probes{Slot::probes}, view = per_target(Slot::air_view), seen = per_target(Slot::seen_probes);
         const lighting::AirBox box = air_box_of(context);
         std::vector<std::uint64_t> filled = {in.surface()};
         for (int k = 0; k < 3; ++k)
@@ -144,9 +142,13 @@ struct Builder {
                           {std::bit_cast<std::uint32_t>(box.low[k]), std::bit_cast<std::uint32_t>(box.high[k])});
         add_cpu("haze-probes", probes, {}, std::move(filled),
                 [context = context] { return run_probes(context, *context.probes); });
+        add_cpu("haze-rays", view, {per_target(Slot::grid)}, {},
+                [context = context, &screen] { return run_air_view(context, screen.surfaces, screen.air.view); });
+        add_cpu("haze-seen", seen, {per_target(Slot::grid), probes}, {},
+                [context = context, &air] { return run_seen_probes(context, air.seen_probes); });
         const auto add_glow = [&](std::string name, std::uint32_t id, SlotRef solved,
                                   const transport::Irradiance& light, lighting::Glow& out) {
-            add_cpu(std::move(name), per_target(Slot::glow, id), {solved, probes, view}, {scene.haze_rev},
+            add_cpu(std::move(name), per_target(Slot::glow, id), {solved, probes, seen}, {scene.haze_rev},
                     [context = context, &light, &out, emission = id == kEmitted] {
                         return run_glow(context, *context.probes, light, emission, out);
                     });
@@ -517,7 +519,7 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
         b.add_air();
     } else {
         for (const char* name : {"haze-points", "haze-distances", "haze-surfels", "haze-rays", "haze-probes",
-                                 "haze-airlight", "haze-glow"}) {
+                                 "haze-seen", "haze-airlight", "haze-glow"}) {
             Pass& pass = b.passes.emplace_back();
             pass.name = name;
             pass.absent = true;

@@ -15,6 +15,7 @@
 #include "server/scene/apply_grid.h"
 #include "server/scene/apply_haze.h"
 #include "server/scene/apply_light.h"
+#include "server/scene/apply_load.h"
 #include "server/scene/apply_rename.h"
 #include "server/scene/apply_show.h"
 #include "server/scene/apply_targets.h"
@@ -22,8 +23,10 @@
 #include "server/scene/console.h"
 #include "server/scene/cue.h"
 #include "server/scene/gel.h"
+#include "server/scene/imported.h"
 #include "server/scene/light_tables.h"
 #include "server/scene/light_values.h"
+#include "server/scene/packed_gobo.h"
 #include "server/scene/preset.h"
 
 namespace gonio {
@@ -128,55 +131,10 @@ void recall_preset(Scene& scene, const v1::RecallPreset& recall) {
     change(scene, scene.recalled, recall.name(), scene.presets_rev);
 }
 
-void load_scene(Scene& scene, const Loaded& loaded) {
-    if (!loaded.asset) refuse("invalid_argument", "load_scene.file", "", "no scene was loaded");
-    Scene fresh = scene_of(loaded.asset, scene.scene_rev + 1);
-    fresh.traced = loaded.traced;
-    fresh.drawn = loaded.drawn;
-    fresh.exposure_ev100 = loaded.exposure_ev100.value_or(fresh.exposure_ev100);
-    fresh.scene_rev = scene.scene_rev;
-    fresh.next_light_id += scene.next_light_id;
-    for (Light& light : fresh.lights) light.id += scene.next_light_id;
-    // What belongs to the viewer rather than to the scene stays.
-    fresh.gels = scene.gels;
-    if (scene.asset->name == fresh.asset->name) fresh.show_name = scene.show_name;
-    fresh.show_rev = 0;
-    // A patch that came with a scene goes with it; one that somebody set stays.
-    if (!fresh.patch && scene.patch != scene.asset->patch) fresh.patch = scene.patch;
-    fresh.surfaces = scene.surfaces;
-    fresh.presets = scene.presets;  // of lights by name: files are written anew, and scenes come back
-    fresh.presets_rev = scene.recalled.empty() ? scene.presets_rev : scene.scene_rev + 1;  // none is recalled now
-    fresh.cues = scene.cues;  // likewise; none of them is active
-    fresh.cues_rev = scene.cues_rev;
-    fresh.cue_options = scene.cue_options;
-    fresh.cue_next = cue_after(scene, 0);
-    if (fresh.asset->name == scene.asset->name) {  // a file that was written anew; elsewhere they would mean nothing
-        fresh.saved_views = scene.saved_views;
-        fresh.saved_views_rev = scene.saved_views_rev;
-        fresh.grids = scene.grids;
-        fresh.grids_rev = scene.grids_rev;
-        fresh.observers = scene.observers;
-        fresh.observers_rev = scene.observers_rev;
-        fresh.haze = scene.haze;
-        fresh.haze_rev = scene.haze_rev;
-    }
-    fresh.view = scene.view;
-    fresh.view_gain = scene.view_gain;
-    fresh.false_color = scene.false_color;
-    fresh.view_compare = scene.view_compare;
-    fresh.look = scene.look;
-    fresh.master_ratio = scene.master_ratio;
-    fresh.technique = scene.technique;
-    fresh.samples = scene.samples;
-    fresh.width_px = scene.width_px;
-    fresh.height_px = scene.height_px;
-    scene = std::move(fresh);
-}
-
 void dispatch(Scene& scene, const v1::Command& command, const Loaded& loaded, std::vector<std::string>& warnings) {
     switch (command.command_case()) {
         case v1::Command::kLoadScene:
-            return load_scene(scene, loaded);
+            return load_scene(scene, command.load_scene(), loaded, warnings);
         case v1::Command::kOpenShow:
             return open_show(scene, command.open_show(), loaded);
         case v1::Command::kSetTechnique:
@@ -212,10 +170,13 @@ void dispatch(Scene& scene, const v1::Command& command, const Loaded& loaded, st
             return edit_lights(scene, command.edit_lights(), loaded);
         case v1::Command::kRemoveLight:
             return remove_light(scene, command.remove_light().name());
+        case v1::Command::kRecessLight:  // it takes rays: the session has made an edit_lights of it
+            refuse("unsupported", "recess_light.name", command.recess_light().name(), "rays cannot be cast here");
         case v1::Command::kRenameLight:
             return rename_light(scene, command.rename_light(), warnings);
         case v1::Command::kUndo:
         case v1::Command::kRedo:
+            if (loaded.opened) return come_back(scene, *loaded.opened);
             if (!loaded.targets) refuse("unsupported", "command", "", "only a client can undo and redo");
             return set_back(scene, *loaded.targets, warnings);
         case v1::Command::kSetPatch:
@@ -311,8 +272,10 @@ Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& lo
         const std::string thinned = known_thinned(*loaded.profile);
         if (!thinned.empty()) applied.warnings.push_back(thinned);
     }
-    if (loaded.asset) applied.warnings = loaded.asset->warnings;
-    if (loaded.opened) applied.warnings = loaded.warnings;
+    if (loaded.asset)
+        applied.warnings.insert(applied.warnings.end(), loaded.asset->warnings.begin(), loaded.asset->warnings.end());
+    if (loaded.opened) applied.warnings.clear();
+    applied.warnings.insert(applied.warnings.end(), loaded.warnings.begin(), loaded.warnings.end());
     if (command.has_set_technique() && scene.technique != Technique::standard)
         for (const Light& light : scene.lights)
             if (light.sun) applied.warnings.push_back("the seed technique has no sun: '" + light.name + "' is dark");
@@ -321,6 +284,9 @@ Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& lo
         const v1::Patch patch = patch_in_force(scene);
         applied.warnings.assign(patch.warnings().begin(), patch.warnings().end());
     }
+    for (const Light& light : scene.lights)
+        if (std::string failure = untold_failure(light); !failure.empty())
+            applied.warnings.push_back(std::move(failure));
     return applied;
 }
 
@@ -349,7 +315,7 @@ std::vector<std::optional<Error>> apply_inputs(Scene& scene, std::span<const v1:
     return refused;
 }
 
-static Camera framing(const Bounds& bounds) {
+Camera framing(const Bounds& bounds) {
     const glm::dvec3 centre = (bounds.min + bounds.max) * 0.5;
     const double radius = std::max(glm::length(bounds.max - bounds.min) * 0.5, 1e-3);
     Camera camera;
@@ -360,11 +326,7 @@ static Camera framing(const Bounds& bounds) {
 
 Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
     Scene scene;
-    scene.scene_rev = scene.geometry_rev = scene.camera_rev = scene.view_rev = scene.exposure_rev = scene.master_rev =
-        scene.technique_rev = scene.size_rev = scene.lights_rev = scene.groups_rev = scene.patch_rev =
-            scene.surfaces_rev = scene.presets_rev = scene.saved_views_rev = scene.show_rev = scene.edited_rev =
-                scene.look_rev = scene.compare_rev = scene.grids_rev = scene.observers_rev = scene.haze_rev =
-                    scene.cues_rev = scene.cue_play_rev = revision;
+    scene.scene_rev = scene.show_rev = scene.edited_rev = revision;
     scene.camera = asset->cameras.empty() ? framing(asset->bounds) : asset->cameras.front();
     scene.exposure_ev100 = asset->exposure_ev100.value_or(scene.exposure_ev100);
     scene.patch = asset->patch;
@@ -385,10 +347,11 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
         light.cct_k = seed.cct_k;
         light.tilt_factor = tilt_factor_of(light);
         light.seed = static_cast<int>(&seed - asset->lights.data());
-        light.position_rev = light.aim_rev = light.profile_rev = light.level_rev = light.name_rev = revision;
         scene.lights.push_back(std::move(light));
     }
+    renew_parts(scene, revision);
     scene.asset = std::move(asset);
+    take_imported(scene);
     return scene;
 }
 
@@ -402,6 +365,7 @@ glm::dvec3 light_weight(const Scene& scene, const Light& light) {
 }
 
 glm::dvec3 own_weight(const Light& light) {
+    if (light.missing) return glm::dvec3(0.0);
     return light.color * filtered_white(light.cct_k, light.tint_duv, light.gel.get()) *
            (light.level_ratio * light.shutter_ratio * light.multiplier * light.tilt_factor *
             (light.strobe_hz > 0.0 && light.flash_off ? 0.0 : 1.0));

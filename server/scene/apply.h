@@ -24,11 +24,13 @@ struct Loaded {
     std::shared_ptr<const trace::Geometry> traced;  // of `asset`, or null
     std::shared_ptr<const lighting::Drawn> drawn;   // of `traced`, or null
     std::optional<double> exposure_ev100;           // metered of `asset`, where it has none of its own
-    std::shared_ptr<const Scene> opened;            // of open_show
-    std::vector<std::string> warnings;              // of `opened`: what could not be brought back
-    std::shared_ptr<const std::vector<EditTarget>> targets;  // of undo and redo (edit.h), in the order of the keys
+    std::shared_ptr<const Scene> opened;  // of open_show; of undo and redo: the scene that comes back, or null
+    std::vector<std::string> warnings;  // of `opened`: what could not be brought back; of `asset`: of its first picture
+    std::shared_ptr<const std::vector<EditTarget>>
+        targets;  // of undo and redo (edit.h), in the order of the keys; or null
     CueNumber cue =
         0;  // of cue_goto: CuePlayer brings its numbers about in time (cue_player.h); 0: all is there at once
+    std::optional<Camera> camera;  // the first of `asset`, where its file has none
 };
 
 struct Applied {
@@ -52,7 +54,11 @@ enum class Driven : std::uint8_t { by_hand, by_console };
 std::vector<std::optional<Error>> apply_inputs(Scene& scene, std::span<const v1::Command> commands,
                                                Driven driven = Driven::by_hand);
 
+// Returns a camera that sees the whole of a box, from outside: from its right, from above and from its front.
+Camera framing(const Bounds& bounds);
+
 // Result: a scene that shows the asset from its first camera, with its own lights; revisions continue from `revision`.
+// Without a camera it frames the bounds, until trace::first_view() has found a better one.
 Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision = 1);
 
 // Result: the nearest EV100 that set_exposure takes.

@@ -1,6 +1,7 @@
 // Of apply(): how a command's values are checked, and how a checked one gets into the scene. Queries print as it does.
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -19,7 +20,20 @@ struct Refused {
     throw Refused{{std::move(code), std::move(where), std::move(value), std::move(message)}};
 }
 
+// How far beyond an end of its range a value may be and still counts as that end. Clients sum in 32 bits: eleven steps
+// of 0.1 from 0 end at 1.0000001, and on the way down at -7e-8 rather than 0.
+inline constexpr double kRoundingRatio = 1e-5;  // of the end; where that is 0: of 1
+
+// Result: the end of the range that the value misses by rounding alone; any other value as it is.
+inline double without_rounding(double value, double low, double high) {
+    const auto slack = [](double end) { return kRoundingRatio * (end == 0 ? 1.0 : std::abs(end)); };
+    if (value < low && value >= low - slack(low)) return low;
+    if (value > high && value <= high + slack(high)) return high;
+    return value;
+}
+
 inline double checked(double value, double low, double high, const std::string& field) {
+    value = without_rounding(value, low, high);
     if (!(value >= low && value <= high)) {
         refuse("invalid_argument", field, print_number(value),
                "must be a number from " + print_number(low) + " to " + print_number(high));
@@ -29,7 +43,8 @@ inline double checked(double value, double low, double high, const std::string& 
 
 // A number of a property, by its row.
 inline double checked(double value, const PropertyRow& row, const std::string& field) {
-    if (row.or_none && value == 0) return value;
+    if (row.or_none && without_rounding(value, 0.0, 0.0) == 0) return 0.0;
+    value = without_rounding(value, row.least, row.most);
     if (!row.or_none || (value >= row.least && value <= row.most)) return checked(value, row.least, row.most, field);
     refuse("invalid_argument", field, print_number(value),
            "must be 0 or a number from " + print_number(row.least) + " to " + print_number(row.most));
@@ -47,11 +62,11 @@ glm::dvec3 checked_vector(const Field& field, double low, double high, const std
     if (std::size(field) != 3) refuse("invalid_argument", name, print_all(field), "must be three numbers");
     glm::dvec3 result;
     for (int i = 0; i < 3; ++i) {
-        if (!(field[i] >= low && field[i] <= high)) {
+        result[i] = without_rounding(field[i], low, high);
+        if (!(result[i] >= low && result[i] <= high)) {
             refuse("invalid_argument", name, print_all(field),
                    "must be three numbers from " + print_number(low) + " to " + print_number(high));
         }
-        result[i] = field[i];
     }
     return result;
 }

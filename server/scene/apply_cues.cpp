@@ -4,6 +4,8 @@
 #include "protocol/schema/cue.pb.h"
 #include "server/scene/apply_checks.h"
 #include "server/scene/cue.h"
+#include "server/scene/imported.h"
+#include "server/scene/orientation.h"
 #include "server/scene/preset.h"
 
 namespace gonio {
@@ -176,12 +178,18 @@ void bring_about(Scene& scene, const Preset& preset, bool fades) {
     for (const PresetLight& kept : preset) {
         Light* light = find_light(scene, kept.name);
         if (light == nullptr) continue;
+        if (!light->sun && light->profile != kept.profile) note_own_profile(scene, *light);
         if (!light->sun) change(scene, light->profile, kept.profile, light->profile_rev);
         change(scene, light->gel, kept.gel, light->level_rev);
         if (!light->sun) change(scene, light->opening, kept.opening, light->profile_rev);
         if (fades) continue;  // server/scene/preset.h or cue_player.h brings the rest in time
-        change(scene, light->world_from_light, kept.world_from_light, light->aim_rev);
+        // A saved show keeps a preset's angles. How the head is mounted belongs to the light.
+        const bool mounted = light->world_from_mount != glm::dquat(1.0, 0.0, 0.0, 0.0);
+        if (!mounted) change(scene, light->world_from_light, kept.world_from_light, light->aim_rev);
         for (const LightRow& light_row : light_rows()) change(scene, *light, light_row, numbers_of(kept, light_row));
+        if (mounted && light->aim_rev == scene.scene_rev + 1)
+            light->world_from_light =
+                light->world_from_mount * orientation_of({light->pan_rad, light->tilt_rad, light->roll_rad});
     }
 }
 

@@ -48,7 +48,10 @@ void check_target(v1::Target& target, const std::string& field) {
     bool any = false;
     for (std::size_t i = 0; i < std::size(values); ++i) {
         any = any || values[i].first;
-        if (values[i].first) checked(values[i].second, 0.0, kMost[i].second, field + "." + kMost[i].first);
+        if (!values[i].first) continue;
+        const auto* const number = target.GetDescriptor()->FindFieldByName(kMost[i].first);
+        target.GetReflection()->SetDouble(
+            &target, number, checked(values[i].second, 0.0, kMost[i].second, field + "." + kMost[i].first));
     }
     if (const TargetRow* row = find_target(target.name())) return put_target(*row, target);
     if (!target.name().empty() && !any)
@@ -102,8 +105,9 @@ void set_grid(Scene& scene, const v1::Grid& given) {
     if (grid.count_size() != 0 && (grid.count_size() != 2 || grid.count(0) == 0 || grid.count(1) == 0))
         refuse("invalid_argument", place + "count", print_all(grid.count()), "must be two whole numbers of at least 1");
     const double narrow = std::min(glm::length(u), glm::length(v));
-    checked(grid.margin_m(), 0.0, std::max(0.0, 0.5 * (narrow - kLeastEdge_m)), place + "margin_m");
-    if (!grid.has_maintenance_factor()) grid.set_maintenance_factor(1.0);
+    grid.set_margin_m(checked(grid.margin_m(), 0.0, std::max(0.0, 0.5 * (narrow - kLeastEdge_m)), place + "margin_m"));
+    grid.set_maintenance_factor(grid.has_maintenance_factor() ? without_rounding(grid.maintenance_factor(), 0.0, 1.0)
+                                                              : 1.0);
     if (!(grid.maintenance_factor() > 0.0 && grid.maintenance_factor() <= 1.0))
         refuse("invalid_argument", place + "maintenance_factor", print_number(grid.maintenance_factor()),
                "must be a number above 0, at most 1");

@@ -6,6 +6,7 @@
 
 #include "protocol/schema/light.pb.h"
 #include "server/scene/apply_checks.h"
+#include "server/scene/imported.h"
 #include "server/scene/light_values.h"
 #include "server/scene/opening.h"
 #include "server/scene/orientation.h"
@@ -94,6 +95,7 @@ void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Lo
     }
     if (loaded.profile && light.sun && !(*loaded.profile == *light.profile))
         refuse("unsupported", prefix + "profile", loaded.profile->name, "the sun's light is parallel: it has no web");
+    if (loaded.profile && !(*loaded.profile == *light.profile)) note_own_profile(scene, light);
     if (loaded.profile) change(scene, light.profile, shared_profile(scene, loaded.profile), light.profile_rev);
     if (light.sun && (light.zoom_rad != 0.0 || light.gobo != 0.0))
         refuse("unsupported", prefix + (light.zoom_rad != 0.0 ? "zoom_rad" : "gobo"),
@@ -153,7 +155,8 @@ Light new_light(const Scene& scene, const v1::AddLight& add, const Loaded& loade
         if (like == nullptr) refuse("not_found", prefix + "like", add.like(), "there is no light of this name");
         if (like->sun) refuse("unsupported", prefix + "like", add.like(), "only a scene file has a sun");
         light = *like;
-        light.seed = -1;
+        light.seed = light.imported = -1;
+        light.missing = false;
         if (light.world_from_mount != glm::dquat(1.0, 0.0, 0.0, 0.0)) {
             light.world_from_mount = {1.0, 0.0, 0.0, 0.0};
             take_angles(light);

@@ -2,6 +2,7 @@
 // (apply_checks.h).
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -14,5 +15,8 @@ namespace gonio {
 void rename_light(Scene& scene, const v1::RenameLight& rename, std::vector<std::string>& warnings);
 // The same of a name that was checked: no light and no group has it.
 void give_name(Scene& scene, Light& light, const std::string& new_name, std::vector<std::string>& warnings);
+// Renames many lights at once, so that two may exchange their names; costs one pass over all that names lights. The
+// names were checked: none is that of a light that keeps its own, or of a group.
+void give_names(Scene& scene, const std::map<std::string, std::string>& new_by_old, std::vector<std::string>& warnings);
 
 }  // namespace gonio

@@ -1,5 +1,7 @@
 #include "server/scene/light_tables.h"
 
+#include <utility>
+
 namespace gonio {
 
 std::optional<ies::PhotometricWeb> LightTables::web_for_lighting(const Profile& profile) {
@@ -25,9 +27,31 @@ LightTables::LightTables(const Profile& profile, const std::optional<ies::Photom
 }
 
 const LightTables& tables_of(const Profile& profile) {
+    return *shared_tables_of(profile);  // which the profile has as well
+}
+
+std::shared_ptr<const LightTables> shared_tables_of(const Profile& profile) {
     const std::lock_guard lock(profile.tables.mutex);
     if (!profile.tables.made) profile.tables.made = std::make_shared<const LightTables>(profile);
-    return *profile.tables.made;
+    return profile.tables.made;
+}
+
+void forget_tables(const Profile& profile) {
+    std::shared_ptr<const LightTables> forgotten;  // and freed without the lock
+    const std::lock_guard lock(profile.tables.mutex);
+    forgotten.swap(profile.tables.made);
+}
+
+std::shared_ptr<const Profile> with_tables(std::shared_ptr<const Profile> profile,
+                                           std::shared_ptr<const LightTables> tables) {
+    const Profile* const shown = profile.get();
+    const auto both = std::make_shared<std::pair<std::shared_ptr<const Profile>, std::shared_ptr<const LightTables>>>(
+        std::move(profile), std::move(tables));
+    return {both, shown};
+}
+
+void share_tables(const Profile& from, Profile& to) {
+    to.tables.made = shared_tables_of(from);
 }
 
 std::string known_thinned(const Profile& profile) {

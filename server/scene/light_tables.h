@@ -1,6 +1,7 @@
 // What lighting computes of a profile.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -36,8 +37,17 @@ private:
 float core_cosine(const ies::PhotometricWeb& web, double peak_cd);
 
 // Result: the profile's, made when first asked for: in some milliseconds, of the finest webs in half a second. Who
-// would hold the render thread asks before the profile gets there. Any thread.
+// would hold the render thread asks before the profile gets there. They stay until forget_tables(): whoever goes on
+// with them takes shared_tables_of(). Any thread.
 const LightTables& tables_of(const Profile& profile);
+std::shared_ptr<const LightTables> shared_tables_of(const Profile& profile);
+// The profile gives up its tables, which take a megabyte and more: nothing shows it for now. Any thread.
+void forget_tables(const Profile& profile);
+// Result: the profile, with which these tables of it stay.
+std::shared_ptr<const Profile> with_tables(std::shared_ptr<const Profile> profile,
+                                           std::shared_ptr<const LightTables> tables);
+// Gives a profile of the same web the other's tables, which are made where they are not yet. No thread may know `to`.
+void share_tables(const Profile& from, Profile& to);
 // Result: LightTables::thinned of tables that are made already; else empty.
 std::string known_thinned(const Profile& profile);
 

@@ -31,6 +31,7 @@ struct Drawn;
 struct Bodies;
 struct LightTables;
 struct AssetFiles;  // asset_files.h
+struct Imported;    // imported.h
 
 struct Bounds {
     glm::dvec3 min{1e300};
@@ -102,11 +103,14 @@ struct LightTablesOnce {
     bool operator==(const LightTablesOnce&) const { return true; }
 };
 
+struct PackedGobo;
+
 // A slot of a luminaire's wheel: how much of the light a picture in the gate lets through.
 struct Gobo {
     std::string name;
-    int size_px = 0;                            // of each side; 0: it has no picture and is open
-    std::vector<std::uint16_t> transmission{};  // rows from the top, 65535: all passes
+    int size_px = 0;                             // of each side; 0: it has no picture and is open
+    std::vector<std::uint16_t> transmission{};   // rows from the top, 65535: all passes; ask transmission_of()
+    std::shared_ptr<const PackedGobo> packed{};  // packed_gobo.h; null: the transmission is as it stands
     bool operator==(const Gobo&) const = default;
 };
 using Gobos = std::vector<Gobo>;
@@ -120,6 +124,7 @@ struct Profile {
     bool uploaded = false;               // by a client
     std::shared_ptr<const Gobos> gobos;  // of its wheel; null: it has none
     LightTablesOnce tables;
+    double open_width_rad = 0.0;  // of half the peak without the picture that is in the web; 0: there is none in it
     bool operator==(const Profile&) const = default;
 };
 
@@ -165,6 +170,8 @@ struct SceneAsset {
         for (const Instance& instance : instances) count += meshes[instance.mesh].indices.size() / 3;
         return count;
     }
+    std::shared_ptr<const Imported> imported;  // what an MVR show says of its lights, in their order; null: it is none
+    glm::dvec3 place{0.0};                     // of the file that is the origin here, m: far_place.h
 };
 
 using Revision = std::uint32_t;
@@ -204,6 +211,8 @@ struct Light : LightValues {
     std::shared_ptr<const Profile> shaped;  // of `shaped_of`, which follows zoom and gobo; null: the profile as it is
     std::pair<std::shared_ptr<const Profile>, Shaping> shaped_of;
     bool flash_off = false;  // of its strobe, now (strobe.h)
+    bool missing = false;    // its fixture is not in the MVR show that was merged last: it is dark
+    int imported = -1;       // index into Imported::lights of Scene::imported; -1: it is none of an MVR show
     // Result: what it shines with.
     const std::shared_ptr<const Profile>& shining() const { return shaped ? shaped : profile; }
     double tilt_factor = 1.0;  // LM-63 TILT=INCLUDE: all candela at the luminaire's tilt; follows aim and profile
@@ -319,15 +328,24 @@ struct Scene {
     Revision show_rev = 1;    // that the show's file holds, or the scene began with; 0: none
     Revision edited_rev = 1;  // that changed last what the show keeps; what consoles drive does not count
     std::uint32_t next_light_id = 1;
+    std::shared_ptr<const Imported> imported;  // that the MVR show said last, of lights that are gone too; null: none
 };
 
-// Whether the live picture's beauty view shows the work light: surfaces shaded towards the camera, since there is no
-// light and none emits any. It is no light of the scene: meters, captures and other views know nothing of it.
-inline bool work_light_on(const Scene& scene) {
-    if (!scene.work_light || !scene.lights.empty() || scene.view != View::beauty) return false;
+// Surfaces up to this luminance merely glow: a file's emissiveFactor goes so far, its emissive strength beyond.
+inline constexpr float kMostGlow_nit = 1.0f;
+
+// Whether the beauty view of live pictures and stills shows the work light: surfaces shaded towards the camera. It does
+// where surfaces at most glow and there is no luminaire, or nothing but luminaires, whose bodies are seen then. It is
+// no light of the scene: meters, captured values, references and other views know nothing of it.
+inline bool needs_work_light(const Scene& scene) {
+    if (!scene.work_light || (!scene.lights.empty() && !scene.asset->instances.empty())) return false;
     for (const Material& material : scene.asset->materials)
-        if (material.emissive_nit != glm::vec3(0.0f)) return false;
+        if (glm::any(glm::greaterThan(material.emissive_nit, glm::vec3(kMostGlow_nit)))) return false;
     return true;
+}
+// The same of the live picture, as its view is.
+inline bool work_light_on(const Scene& scene) {
+    return scene.view == View::beauty && needs_work_light(scene);
 }
 
 inline constexpr double kMostMultiplier = 1e9;

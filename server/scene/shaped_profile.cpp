@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "ies/quantities.h"
+#include "server/scene/packed_gobo.h"
 
 namespace gonio {
 namespace {
@@ -50,14 +51,14 @@ void scale_to(ies::PhotometricWeb& web, double flux_lm) {
 }
 
 // Mean transmission at a place of the picture, -1..1 each way, y up.
-double passes(const Gobo& gobo, double x, double y) {
-    const int last = gobo.size_px - 1;
-    const double u = (x + 1.0) * 0.5 * gobo.size_px - 0.5, v = (1.0 - y) * 0.5 * gobo.size_px - 0.5;
+double passes(std::span<const std::uint16_t> transmission, int size_px, double x, double y) {
+    const int last = size_px - 1;
+    const double u = (x + 1.0) * 0.5 * size_px - 0.5, v = (1.0 - y) * 0.5 * size_px - 0.5;
     const double cu = std::clamp(u, 0.0, static_cast<double>(last)), cv = std::clamp(v, 0.0, static_cast<double>(last));
     const int u0 = static_cast<int>(cu), v0 = static_cast<int>(cv), u1 = std::min(u0 + 1, last),
               v1 = std::min(v0 + 1, last);
     const auto at = [&](int column, int row) {
-        return static_cast<double>(gobo.transmission[static_cast<std::size_t>(row * gobo.size_px + column)]);
+        return static_cast<double>(transmission[static_cast<std::size_t>(row * size_px + column)]);
     };
     const double fu = cu - u0, fv = cv - v0;
     return ((at(u0, v0) * (1.0 - fu) + at(u1, v0) * fu) * (1.0 - fv) +
@@ -67,10 +68,15 @@ double passes(const Gobo& gobo, double x, double y) {
 
 }  // namespace
 
-ies::PhotometricWeb zoomed_web(const ies::PhotometricWeb& given, Angle zoom) {
+double beam_width(const ies::PhotometricWeb& web) {
+    if (web.goniometer == ies::Goniometer::type_c) return width_of(web, true);
+    return width_of(ies::as_type_c(web, Angle::degrees(0.5)), true);
+}
+
+ies::PhotometricWeb zoomed_web(const ies::PhotometricWeb& given, Angle zoom, double open_width_rad) {
     const ies::PhotometricWeb web =
         given.goniometer == ies::Goniometer::type_c ? given : ies::as_type_c(given, Angle::degrees(0.5));
-    const double width = width_of(web, true);
+    const double width = open_width_rad > 0.0 ? open_width_rad : beam_width(web);
     if (width <= 0.0 || !lights_front(web)) return given;
     const double scale = zoom.radians() / width, most = lit_to(web) > kPi / 2.0 + 1e-9 ? kPi : kPi / 2.0;
     ies::PhotometricWeb zoomed;
@@ -95,7 +101,8 @@ ies::PhotometricWeb gobo_web(const ies::PhotometricWeb& given, const Gobo& gobo,
     const ies::PhotometricWeb web =
         given.goniometer == ies::Goniometer::type_c ? given : ies::as_type_c(given, Angle::degrees(0.5));
     const double end = std::min(lit_to(web), kPi), width = width_of(web, false);
-    if (gobo.size_px <= 0 || end <= 0.0) return given;
+    const std::span<const std::uint16_t> transmission = transmission_of(gobo);
+    if (transmission.empty() || end <= 0.0) return given;
     const double edge = std::tan(std::min(width > 0.0 ? width / 2.0 : end, kMostPictureEdge_rad));
     constexpr int kParts = 2;  // of a step, each way, that its mean is taken of
     ies::PhotometricWeb cut;
@@ -122,7 +129,8 @@ ies::PhotometricWeb gobo_web(const ies::PhotometricWeb& given, const Gobo& gobo,
             double sum = 0.0;
             for (std::size_t part = 0; part < kParts; ++part)
                 for (const auto& [cosine, sine] : rays)
-                    sum += passes(gobo, radii[v * kParts + part] * cosine, radii[v * kParts + part] * sine);
+                    sum += passes(transmission, gobo.size_px, radii[v * kParts + part] * cosine,
+                                  radii[v * kParts + part] * sine);
             const double whole =
                 axial ? open[v]
                       : ies::intensity_at(web, Angle::radians(cut.v_rad[v]), Angle::radians(cut.h_rad[h])).in(cd);
@@ -175,7 +183,7 @@ std::shared_ptr<const Profile> shaped_profile(const std::shared_ptr<const Profil
     made->gobos = profile->gobos;
     made->photometry = profile->photometry;
     ies::PhotometricWeb& web = made->photometry.web;
-    if (shaping.zoom_rad > 0.0) web = zoomed_web(web, Angle::radians(shaping.zoom_rad));
+    if (shaping.zoom_rad > 0.0) web = zoomed_web(web, Angle::radians(shaping.zoom_rad), profile->open_width_rad);
     if (shaping.gobo > 0)
         web = gobo_web(web, (*profile->gobos)[static_cast<std::size_t>(shaping.gobo - 1)],
                        Angle::radians(shaping.gobo_rad));

@@ -14,8 +14,12 @@ inline constexpr int kGoboRings = 288;                               // its equa
 // Result: the web in other angles from photometric zero, times one factor. Half the peak is `zoom` wide (as
 // ies::plane_beams has it, outermost, in the plane C0, else C90), and the flux stays. No light gets behind 90° that was
 // not there. Types A and B become Type C in steps of half a degree. A web that lights nothing in front, or has no such
-// angle, stays as it is. zoom: full angle.
-ies::PhotometricWeb zoomed_web(const ies::PhotometricWeb& web, Angle zoom);
+// angle, stays as it is. zoom is the full angle. Where the web cannot tell the width of half its peak, open_width_rad
+// has it (Profile::open_width_rad); 0: it can.
+ies::PhotometricWeb zoomed_web(const ies::PhotometricWeb& web, Angle zoom, double open_width_rad = 0.0);
+
+// Result: the full angle of half the peak that zoomed_web() goes by, in radians; 0: the web has none.
+double beam_width(const ies::PhotometricWeb& web);
 
 // Result: the web times what the gobo lets through: its flux falls by what the gobo holds back. The picture fills the
 // full angle of a tenth of the peak, at most 150°, flat as in a gate (by the tangent). Beyond that angle it goes on as
@@ -28,7 +32,8 @@ ies::PhotometricWeb gobo_web(const ies::PhotometricWeb& web, const Gobo& gobo, A
 Shaping shaping_of(const Light& light);
 
 // Result: the shaped profile; nullptr for Shaping{}. The newest 32 are kept and shared. Any thread; in some
-// milliseconds with what lighting makes of it (tables_of).
+// milliseconds with what lighting makes of it (tables_of), and some ten more where a gobo is shown for the first time
+// (packed_gobo.h).
 std::shared_ptr<const Profile> shaped_profile(const std::shared_ptr<const Profile>& profile, const Shaping& shaping);
 
 // Sets what follows the light's values: its `shaped` profile.

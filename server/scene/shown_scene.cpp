@@ -7,6 +7,7 @@
 #include "server/scene/apply_light.h"
 #include "server/scene/false_color.h"
 #include "server/scene/light_values.h"
+#include "server/scene/orientation.h"
 #include "server/scene/shaped_profile.h"
 
 namespace gonio {
@@ -39,10 +40,13 @@ Light light_then(const Scene& scene, const PresetLight& kept, const Light* now) 
         if (seed != seeds.end()) {
             then.multiplier = seed->multiplier;
             then.sun = seed->sun;
+            then.world_from_mount = seed->world_from_mount;
         }
     }
     const std::shared_ptr<const Profile> own = then.profile;
     static_cast<LightValues&>(then) = kept;
+    if (then.world_from_mount != glm::dquat(1.0, 0.0, 0.0, 0.0))  // a saved show keeps the angles alone
+        then.world_from_light = then.world_from_mount * orientation_of({then.pan_rad, then.tilt_rad, then.roll_rad});
     if (then.sun && own) then.profile = own;
     follow_values(then);
     return then;

@@ -51,6 +51,7 @@ void put_light(const Light& light, v1::Light& out) {
         for (const Gobo& gobo : *light.profile->gobos) out.add_gobos(gobo.name);
     out.set_opening(print_opening(opening_of(light)));
     out.set_opening_of_file(!light.opening);
+    out.set_missing(light.missing);
     if (light.sun) {  // parallel light has no intensity
         out.set_sun_lx(luminance_of(own_weight(light)));
     } else {
@@ -186,6 +187,8 @@ v1::StateChanged state_change(Revision since, const Scene& scene) {
 
 v1::StateChanged state_change(const Scene& before, const Scene& after) {
     v1::StateChanged change = state_change(before.scene_rev, after);
+    // The same position in the scene is another one in its file.
+    if (before.asset->place != after.asset->place) *change.mutable_state() = full_state(after);
     if (after.lights_rev > before.scene_rev) put_light_list(before, after, change);
     for (const auto& [name, lights] : before.groups)
         if (!after.groups.contains(name)) change.add_removed_groups(name);

@@ -26,8 +26,11 @@ struct ChaseStart {
 
 class TimecodeChase {
 public:
-    // Time code that came at t_ns. Result: the cues to start.
-    std::vector<ChaseStart> take(const Timecode& timecode, std::int64_t t_ns, const CueList& cues, double freewheel_s);
+    // Time code that came at t_ns. Result: the cues to start. sure: it was compared with what came before, as
+    // MtcReader does. Otherwise a jump while time runs counts once the next time agrees with it, or once nothing has
+    // come for kTimecodeSilent_s after it: a single wrong packet starts nothing.
+    std::vector<ChaseStart> take(const Timecode& timecode, std::int64_t t_ns, const CueList& cues, double freewheel_s,
+                                 bool sure = true);
     // What time brings without a message.
     std::vector<ChaseStart> step(std::int64_t now_ns, const CueList& cues, double freewheel_s);
     // Result: when step() starts a cue; nothing: it does not.
@@ -38,14 +41,20 @@ public:
     void forget() { *this = TimecodeChase(); }
 
 private:
+    struct Doubted {
+        Timecode timecode;
+        std::int64_t t_ns = 0;
+    };
     std::vector<ChaseStart> cross(double to_s, std::int64_t t_ns, const CueList& cues);
     double position_s(std::int64_t now_ns, double freewheel_s) const;
+    bool is_doubtful(const Timecode& timecode, std::int64_t t_ns) const;
 
     std::optional<Timecode> newest_;
     std::int64_t heard_ns_ = 0;
-    double heard_s_ = 0;    // real seconds since midnight
-    double reached_s_ = 0;  // cues up to here were started
-    bool still_ = false;    // the same time came twice
+    double heard_s_ = 0;              // real seconds since midnight
+    double reached_s_ = 0;            // cues up to here were started
+    bool still_ = false;              // the same time came twice
+    std::optional<Doubted> doubted_;  // a jump that nothing has confirmed yet
 };
 
 }  // namespace gonio

@@ -58,9 +58,13 @@ glm::dvec3 in_gamut(const glm::dvec3& rgb) {
     return least >= 0 ? rgb : glm::max(glm::dvec3(1.0) + (rgb - 1.0) / (1.0 - least), 0.0);
 }
 
-glm::dvec3 rgb_of_xy(const glm::dvec2& xy) {
+glm::dvec3 wide_rgb_of_xy(const glm::dvec2& xy) {
     const glm::dvec3 rgb = rgb_of(xy) / rgb_of(kD65);
-    return in_gamut(rgb / luminance_of(rgb));
+    return rgb / luminance_of(rgb);
+}
+
+glm::dvec3 rgb_of_xy(const glm::dvec2& xy) {
+    return in_gamut(wide_rgb_of_xy(xy));
 }
 
 glm::dvec3 white_factors(double cct_k, double duv) {

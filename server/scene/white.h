@@ -18,6 +18,8 @@ glm::dvec2 white_xy(double cct_k, double duv);
 // 0.0722 B is 1: lux stay. A chromaticity that Rec.709 lacks (below some 1,900 K, or far off the locus) goes straight
 // towards white in x, y, until the factor that is below 0 is 0. No factor is above 13.9.
 glm::dvec3 rgb_of_xy(const glm::dvec2& xy);
+// Likewise where it is, with factors below 0 for what Rec.709 lacks: of lights that are added before in_gamut().
+glm::dvec3 wide_rgb_of_xy(const glm::dvec2& xy);
 glm::dvec3 in_gamut(const glm::dvec3& rgb_of_luminance_1);
 
 // Result: what a light's colour is multiplied by: rgb_of_xy of white_xy. Exactly 1, 1, 1 where both are 0.

@@ -6,6 +6,7 @@
 #include "ies/writers.h"
 #include "server/base/sha256.h"
 #include "server/scene/body.h"
+#include "server/scene/packed_gobo.h"
 
 namespace gonio::sequence {
 namespace {
@@ -58,8 +59,10 @@ void add_light(Digest& digest, const LightSeed& light) {
     digest.add(light.sun);
     if (light.profile) digest.add(std::string_view(ies::write_lm63(light.profile->photometry)));
     if (light.profile && light.profile->gobos)
-        for (const Gobo& gobo : *light.profile->gobos)
+        for (const Gobo& gobo : *light.profile->gobos) {
             digest.add_all(std::span<const std::uint16_t>(gobo.transmission));
+            if (gobo.packed) digest.add(std::string_view(gobo.packed->bytes));
+        }
 }
 
 void add_matrix(Digest& digest, const glm::dmat4& matrix) {

@@ -11,6 +11,7 @@
 #include "server/scene/strobe.h"
 #include "server/sequence/job_json.h"
 #include "server/session/command_files.h"
+#include "server/session/outlets.h"
 #include "server/trace/exposure.h"
 
 namespace gonio::sequence {
@@ -52,6 +53,8 @@ void apply_command(Scene& scene, v1::Command command, const SceneAccess& access,
         command.mutable_recall_preset()->set_fade_s(0);  // a job has no time
         if (player != nullptr) player->let_go();
     }
+    if (command.has_recess_light())
+        if (const auto refused = recess(scene, command)) refuse(place, *refused);
     checked(place, apply(scene, command, checked(place, read_files(command, access))));
     take_exposure(scene, command, place);
 }

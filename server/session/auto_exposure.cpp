@@ -66,7 +66,7 @@ void AutoExposure::tend(const Scene& scene, std::int64_t now_ns) {
     if (!automatic_ || asked_) return;
     if (!at_once_ && (newest_ == metered_ || now_ns - changed_ns_ < kMeteringRest_ns)) return;
     asked_ = loader_.submit([scene = without_flashes(scene), meter = meter_, answers = answers_, wake = wake_] {
-        Answer answer;
+        Answer answer{scene.geometry_rev, std::nullopt};
         try {
             answer.ev100 = meter(scene);
         } catch (const std::bad_alloc&) {  // then the exposure stays
@@ -86,6 +86,7 @@ void AutoExposure::take_answer(const Scene& scene, std::int64_t now_ns) {
     const auto answer = answers_->try_take();
     if (!answer) return;
     asked_ = false;
+    if (answer->geometry_rev != geometry_rev_) return;  // of a scene that was replaced meanwhile
     const bool at_once = std::exchange(at_once_, false);
     // Of a scene that moved on meanwhile it is asked again.
     if (!automatic_ || metered_ != newest_ || !answer->ev100) return;

@@ -38,6 +38,7 @@ public:
 
 private:
     struct Answer {
+        Revision geometry_rev = 0;  // of the scene that was metered
         std::optional<double> ev100;
     };
     void take_answer(const Scene& scene, std::int64_t now_ns);

@@ -4,6 +4,7 @@
 
 #include "protocol/schema/command.pb.h"
 #include "protocol/schema/light.pb.h"
+#include "protocol/schema/scene.pb.h"
 #include "server/scene/cue.h"
 #include "server/scene/light_values.h"
 
@@ -65,6 +66,10 @@ bool names_light(const std::shared_ptr<const Rows>& rows, const std::string& nam
 
 }  // namespace
 
+bool replaces_scene(const v1::Command& command) {
+    return (command.has_load_scene() && !command.load_scene().dry_run()) || command.has_open_show();
+}
+
 std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Command& command) {
     std::vector<TouchedProperty> touched;
     switch (command.command_case()) {
@@ -84,6 +89,8 @@ std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Co
         }
         case v1::Command::kRemoveLight:
             touch_removed(scene, command.remove_light().name(), touched);
+            break;
+        case v1::Command::kRecessLight:  // an edit_lights by then
             break;
         case v1::Command::kRenameLight:
             for (const std::string& name : {command.rename_light().name(), command.rename_light().new_name()}) {
@@ -189,7 +196,7 @@ std::optional<Error> Changes::conflict(const Scene& scene, const v1::Command& co
                                     : "client " + std::to_string(change.by) + " changed it after revision " +
                                           std::to_string(base_rev)};
     };
-    if (command.has_load_scene() || command.has_open_show()) {  // replaces everything
+    if (replaces_scene(command)) {  // replaces everything
         for (const auto& [path, change] : changes_)
             if (auto error = refused(path, change)) return error;
         return refused("scene", floor_);
@@ -203,14 +210,15 @@ std::optional<Error> Changes::conflict(const Scene& scene, const v1::Command& co
 
 void Changes::note(const Scene& after, Revision before, const v1::Command& command, std::uint32_t by) {
     if (after.scene_rev == before) return;
-    if (command.has_load_scene() || command.has_open_show()) {
-        changes_.clear();
-        floor_ = {after.scene_rev, by};
-        return;
-    }
+    if (replaces_scene(command)) return note_replaced(after.scene_rev, by);
     if (command.has_rename_light()) follow(command.rename_light());
     for (const TouchedProperty& touched : touched_properties(after, command))
         if (touched.part_rev > before) note(touched.path, after.scene_rev, by);
+}
+
+void Changes::note_replaced(Revision rev, std::uint32_t by) {
+    changes_.clear();
+    floor_ = {rev, by};
 }
 
 void Changes::note(const std::string& path, Revision rev, std::uint32_t by) {

@@ -24,6 +24,9 @@ struct TouchedProperty {
 // that it knows; load_scene touches "scene".
 std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Command& command);
 
+// Result: whether it puts another scene in the place of this one: load_scene, open_show.
+bool replaces_scene(const v1::Command& command);
+
 inline constexpr std::size_t kMaxChanges = 4096;  // properties; beyond it all count as changed by nobody in particular
 
 class Changes {
@@ -36,7 +39,9 @@ public:
                                   std::uint32_t by) const;
     // The command was applied; `before` is the revision before it, `by` whose it was (0: a console, a fader box).
     void note(const Scene& after, Revision before, const v1::Command& command, std::uint32_t by);
-    // The same of a property that undo set back.
+    // Another scene took the place of the one before.
+    void note_replaced(Revision rev, std::uint32_t by);
+    // Undo set a property back.
     void note(const std::string& path, Revision rev, std::uint32_t by);
 
 private:

@@ -16,7 +16,7 @@ inline constexpr std::size_t kMostOpenWarnings = 32;  // of a show that was open
 
 // Result: whether the command has to be read before it can be applied: a scene, a show, or a light's profile.
 bool needs_files(const v1::Command& command);
-// Result: the profiles that the scene's file brings, and what its lights and presets have.
+// Result: the profiles that the scene's file brings, and what its lights, presets and cues have.
 std::vector<std::shared_ptr<const Profile>> profiles_of(const Scene& scene);
 // library: where a profile without photometry is sought; null: among the built-in ones. What is uploaded is kept there.
 // Errors: of scene_path, load_scene, make_profile and Library::profile; of a show's name, file and content;

@@ -96,6 +96,24 @@ std::string escaped(std::string_view text) {
     return result;
 }
 
+std::vector<char> counting_points(const v1::GridValues& values) {
+    std::vector<char> counts(static_cast<std::size_t>(values.values_lx_size()), 1);
+    for (const v1::LeftOutPoint& point : values.left_out())
+        if (point.point() < counts.size()) counts[point.point()] = 0;
+    return counts;
+}
+
+std::string left_out_text(const v1::GridValues& values) {
+    std::string text;
+    for (const auto& [reason, where] :
+         {std::pair("inside", "inside closed bodies"), {"outside", "outside of the room"}}) {
+        const auto count = std::ranges::count_if(
+            values.left_out(), [&](const v1::LeftOutPoint& point) { return point.reason() == reason; });
+        if (count > 0) text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + where;
+    }
+    return text.empty() ? "" : "points left out: " + text;
+}
+
 std::string plan_svg(const v1::GridValues& values, const std::vector<PlanLight>& lights) {
     const Plan plan = plan_of(values.grid());
     const double wide = plan.wide() + 2.0 * kBorder, high = plan.high() + 2.0 * kBorder;
@@ -104,9 +122,13 @@ std::string plan_svg(const v1::GridValues& values, const std::vector<PlanLight>&
                       "'>" +
                       printed("<rect x='%.1f' y='%.1f' width='%.1f' height='%.1f' fill='#fff' stroke='#000'/>", kBorder,
                               kBorder, plan.wide(), plan.high());
-    const auto [least, greatest] = std::ranges::minmax_element(values.values_lx());
-    const auto first = static_cast<int>(least - values.values_lx().begin()),
-               last = static_cast<int>(greatest - values.values_lx().begin());
+    const std::vector<char> counts = counting_points(values);
+    int first = -1, last = -1;  // of least and greatest value
+    for (int i = 0; i < values.values_lx_size(); ++i) {
+        if (counts[static_cast<std::size_t>(i)] == 0) continue;
+        if (first < 0 || values.values_lx(i) < values.values_lx(first)) first = i;
+        if (last < 0 || values.values_lx(i) > values.values_lx(last)) last = i;
+    }
     const double cell = plan.scale * std::min(values.cell_m(0), values.cell_m(1));
     const std::size_t letters = value_text(values.max_lx()).size();
     const double size =
@@ -115,6 +137,10 @@ std::string plan_svg(const v1::GridValues& values, const std::vector<PlanLight>&
     for (int i = 0; i < values.values_lx_size(); ++i) {
         const glm::dvec3 point(values.points_m(3 * i), values.points_m(3 * i + 1), values.points_m(3 * i + 2));
         const double value = values.values_lx(i), x = plan.x(point), y = plan.y(point);
+        if (counts[static_cast<std::size_t>(i)] == 0) {
+            svg += printed("<text x='%.1f' y='%.1f' fill='#888'>–</text>", x, y + 0.35 * size);
+            continue;
+        }
         const bool low = i == first, high_one = i == last && !low;
         if (low || high_one)
             svg +=

@@ -16,9 +16,15 @@ struct PlanLight {
 };
 
 // Result: an SVG drawing without scripts and styles: the rectangle as seen from its upper side, with a scale in metres.
-// Values are in whole lux, with one decimal below 10; least and greatest are marked. Lights stand at their foot on the
+// Values are in whole lux, with one decimal below 10; least and greatest are marked. A point that is left out has a
+// dash. Lights stand at their foot on the
 // grid's plane; those farther than a metre outside are left out.
 std::string plan_svg(const v1::GridValues& values, const std::vector<PlanLight>& lights);
+
+// Result: of each point whether it counts: 1, or 0 where it is left out.
+std::vector<char> counting_points(const v1::GridValues& values);
+// Result: how many points are left out, and why: "points left out: 4 inside closed bodies"; empty: none is.
+std::string left_out_text(const v1::GridValues& values);
 
 // Result: the text with <, >, &, " and ' as entities, and without control characters: for HTML and XML.
 std::string escaped(std::string_view text);

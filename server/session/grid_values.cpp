@@ -9,6 +9,7 @@
 #include "server/scene/vector_field.h"
 #include "server/session/grid_plan.h"
 #include "server/session/meter_reply.h"
+#include "server/trace/hollows.h"
 
 namespace gonio {
 namespace {
@@ -51,13 +52,61 @@ void add_meters(const v1::Grid& grid, const glm::dvec3& at, const glm::dvec3& ey
     }
 }
 
+// An upright plane that stands on a floor sees nothing, as its rays begin in the floor: such points are read 1 mm above
+// it. Others stay.
+void lift_off_floors(const Scene& scene, std::vector<trace::MeterPoint>& points) {
+    constexpr double kAbove_m = 0.001, kUpright = 0.5;
+    const auto geometry = trace::geometry_of(scene);
+    for (trace::MeterPoint& point : points) {
+        if (point.by == trace::Receives::plane && std::abs(point.normal.y) > kUpright) continue;
+        const glm::vec3 at = geometry->local(point.position), off(0.0f, geometry->step_off(at), 0.0f);
+        if (geometry->occluded(at + off, at - off)) point.position.y += kAbove_m;
+    }
+}
+
 // What of a grid's answer is known before its meters are read.
 struct Asked {
     v1::GridValues values;
-    std::size_t meters = 1;  // of a point
+    std::shared_ptr<const Scene> scene;
+    std::vector<trace::MeterPoint> points;  // a meter of each
+    std::size_t meters = 1;                 // of a point
     bool plan = false;
     std::vector<PlanLight> lights;
 };
+
+// Result: where a meter's rays begin, local, m: off the surface that it lies on. Upright ones may stand on one too.
+glm::vec3 lifted(const trace::Geometry& geometry, const trace::MeterPoint& point) {
+    constexpr double kUpright = 0.5;  // greatest height of a unit normal
+    const glm::vec3 at = geometry.local(point.position);
+    glm::dvec3 off = point.by == trace::Receives::plane ? point.normal : kUp;
+    if (std::abs(off.y) < kUpright) off += kUp;
+    return at + glm::vec3(off) * geometry.step_off(at);
+}
+
+// Sets which points do not count. Where none would be left all do, and a warning says so. Result: of each whether it
+// counts.
+std::vector<char> count_points(const Asked& asked, v1::GridValues& values) {
+    std::vector<char> counts(asked.points.size(), 1);
+    const auto geometry = trace::geometry_of(*asked.scene);
+    std::vector<glm::vec3> points;
+    for (const trace::MeterPoint& point : asked.points) points.push_back(lifted(*geometry, point));
+    const std::vector<trace::Place> places =
+        trace::places_of(*geometry, trace::landmarks_of(*asked.scene, *geometry), points, values.count(0));
+    if (std::ranges::find(places, trace::Place::open) == places.end()) {
+        values.add_warnings(
+            "all points lie inside closed bodies or outside of the room, where no luminaire stands: they count "
+            "nevertheless");
+        return counts;
+    }
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        if (places[i] == trace::Place::open) continue;
+        counts[i] = 0;
+        v1::LeftOutPoint& point = *values.add_left_out();
+        point.set_point(static_cast<std::uint32_t>(i));
+        point.set_reason(places[i] == trace::Place::inside ? "inside" : "outside");
+    }
+    return counts;
+}
 
 v1::ServerMessage answer(const Asked& asked, std::vector<v1::MeterReading> readings) {
     if (asked.meters > 1) {
@@ -71,14 +120,19 @@ v1::ServerMessage answer(const Asked& asked, std::vector<v1::MeterReading> readi
     v1::GridValues& values = *message.mutable_grid_values();
     values = asked.values;
     const double factor = values.grid().maintenance_factor();
-    double error2 = 0.0;
     for (const v1::MeterReading& reading : readings) {
         for (const double x : reading.point_m()) values.add_points_m(x);
         values.add_values_lx(factor * reading.total_lx());
+    }
+    const std::vector<char> counts = count_points(asked, values);
+    std::size_t next = 0;  // those of a cancelled job are fewer than the points
+    std::erase_if(readings, [&](const v1::MeterReading&) { return counts[next++] == 0; });
+    if (readings.empty()) return {};
+    double error2 = 0.0;
+    for (const v1::MeterReading& reading : readings)
         error2 += (reading.direct_error_lx() * reading.direct_error_lx() +
                    reading.indirect_error_lx() * reading.indirect_error_lx()) /
                   static_cast<double>(readings.size());
-    }
     if (readings.front().has_indirect_error_lx()) values.set_error_lx(factor * std::sqrt(error2));
     if (const auto reached = noise_reached(readings)) values.set_noise_reached(*reached);
     const Statistics statistics = statistics_of(readings);
@@ -141,8 +195,12 @@ Result<MeterRequest> check_grid(const Scene& scene, const v1::GridQuery& query) 
     for (double j = 0; j < layout.counts.v; ++j)
         for (double i = 0; i < layout.counts.u; ++i) add_meters(grid, layout.centre(i, j), eye, request->points);
 
+    lift_off_floors(scene, request->points);
+
     Asked asked;
     asked.meters = grid.quantity() == "cylindrical-4" ? kFourReadings : 1;
+    asked.scene = std::make_shared<const Scene>(scene);
+    for (std::size_t i = 0; i < request->points.size(); i += asked.meters) asked.points.push_back(request->points[i]);
     *asked.values.mutable_grid() = grid;
     for (const double count : {layout.counts.u, layout.counts.v})
         asked.values.add_count(static_cast<std::uint32_t>(count));

@@ -28,7 +28,8 @@ std::string lower(std::string text) {
 }
 
 std::size_t most_bytes(const fs::path& path) {
-    return ending_of(path.filename().string()) == ".gldf" ? kMaxContainerBytes : kMaxProfileBytes;
+    const std::string ending = ending_of(path.filename().string());
+    return ending == ".gldf" || ending == ".zip" ? kMaxContainerBytes : kMaxProfileBytes;
 }
 
 std::string too_large(const fs::path& path) {
@@ -350,7 +351,9 @@ void Library::keep_scene(const std::vector<std::shared_ptr<const Profile>>& prof
             continue;
         }
         const auto built_in = builtin_profile(profile->name);
-        const bool plain = profile->photometry.provenance.format == "KHR_lights_punctual";  // 1 cd: it is no luminaire
+        // Of 1 cd, of 1 cd/m², or dark since its file could not be read: it is no luminaire.
+        const std::string& format = profile->photometry.provenance.format;
+        const bool plain = format == "KHR_lights_punctual" || format == "EXT_lights_area" || !(profile->peak_cd > 0.0);
         // Also as a saved show has it, whose figures were written and read.
         const bool ours = built_in && std::abs((*built_in)->flux_lm - profile->flux_lm) <= 1e-3 * profile->flux_lm;
         if (plain || ours || made.size() == kMaxKeptProfiles / 2) continue;

@@ -22,7 +22,7 @@ namespace gonio {
 inline constexpr std::size_t kMaxLibraryFiles = 5000;                    // of all folders; the rest is left out
 inline constexpr std::size_t kMaxLibraryBytes = std::size_t{512} << 20;  // of all files, each at most 1 MiB
 inline constexpr std::size_t kMaxContainerBytes = std::size_t{32}
-                                                  << 20;    // but of a .gldf, which has pictures and models
+                                                  << 20;    // but of a .gldf or .zip, which has pictures and models
 inline constexpr std::size_t kMaxLibraryEntries = 100'000;  // of folders that are looked through
 inline constexpr int kMaxLibraryDepth = 16;                 // of folders in folders
 inline constexpr std::size_t kMaxKeptProfiles = 200;        // uploaded and of the scene; the oldest goes

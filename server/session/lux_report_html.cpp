@@ -129,6 +129,8 @@ std::string grid_html(const v1::GridValues& values) {
     if (!grid.view().empty()) text += "; camera of the view " + escaped(grid.view());
     if (values.has_error_lx()) text += printed("; standard error %.2g lx", values.error_lx());
     if (values.has_noise_reached() && !values.noise_reached()) text += " (ended by its time, before its noise)";
+    if (const std::string left_out = left_out_text(values); !left_out.empty()) text += "; " + left_out + ", dashes";
+    for (const std::string& warning : values.warnings()) text += "; " + escaped(warning);
     return text +
            ". The least value is framed with dashes, the greatest with a line; crossed circles are luminaires.</p>"
            "<div class=\"plan\">" +
@@ -180,15 +182,16 @@ std::string luminaires_html(const Scene& scene) {
         const auto [entry, fresh] = number_of.try_emplace(light.shining().get(), static_cast<int>(profiles.size()) + 1);
         if (fresh && !light.sun) profiles.push_back(light.shining().get());
         const glm::dvec3 aim = light.world_from_light * glm::dvec3(0, 0, -1);
-        rows +=
-            "<tr>" + cell(escaped(light.name)) + number_cell(light.sun ? "sun" : std::to_string(entry->second)) +
-            number_cell(printed("%.1f %%", 100.0 * light.level_ratio * light.shutter_ratio)) +
-            number_cell(printed("%.4g", light.multiplier)) +
-            number_cell(light.sun ? "–"
-                                  : printed("%.0f", light.shining()->flux_lm * light.multiplier * light.level_ratio *
-                                                        light.shutter_ratio * scene.master_ratio * light.tilt_factor)) +
-            cell(printed("%.3f, %.3f, %.3f", light.position.x, light.position.y, light.position.z)) +
-            cell(printed("%.3f, %.3f, %.3f", aim.x, aim.y, aim.z)) + cell(colour_text(light)) + "</tr>";
+        rows += "<tr>" + cell(escaped(light.name)) + number_cell(light.sun ? "sun" : std::to_string(entry->second)) +
+                number_cell(printed("%.1f %%", 100.0 * light.level_ratio * light.shutter_ratio)) +
+                number_cell(printed("%.4g", light.multiplier)) +
+                number_cell(light.sun ? "–"
+                            : light.missing
+                                ? "missing"
+                                : printed("%.0f", light.shining()->flux_lm * light.multiplier * light.level_ratio *
+                                                      light.shutter_ratio * scene.master_ratio * light.tilt_factor)) +
+                cell(printed("%.3f, %.3f, %.3f", light.position.x, light.position.y, light.position.z)) +
+                cell(printed("%.3f, %.3f, %.3f", aim.x, aim.y, aim.z)) + cell(colour_text(light)) + "</tr>";
         if (fresh && light.sun) number_of.erase(entry);
     }
     std::string text =

@@ -36,7 +36,8 @@ void PlayedCues::hear(Scene& scene, TimecodeSource source, const Timecode& timec
                       std::int64_t now_ns) {
     if (source == TimecodeSource::off || source != scene.cue_options.timecode) return;
     if (std::exchange(source_, source) != source) chase_.forget();
-    carry_out(scene, chase_.take(timecode, t_ns, cues_of(scene), scene.cue_options.freewheel_s), now_ns);
+    const bool sure = source == TimecodeSource::mtc;
+    carry_out(scene, chase_.take(timecode, t_ns, cues_of(scene), scene.cue_options.freewheel_s, sure), now_ns);
 }
 
 void PlayedCues::advance(Scene& scene, std::int64_t now_ns) {

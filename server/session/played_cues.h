@@ -24,6 +24,8 @@ public:
     // Brings the scene to where it shall be now.
     void advance(Scene& scene, std::int64_t now_ns);
     void let_go() { player_.let_go(); }
+    // Another scene took the place of the one whose cues played.
+    void forget() { player_ = CuePlayer(); }
 
     // Whether advance() has something to do with every frame.
     bool fading() const { return player_.fading(); }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "ies/lamp_colour.h"
 #include "ies/quantities.h"
 #include "protocol/schema/library.pb.h"
 #include "protocol/text/shortened_text.h"
@@ -52,6 +53,20 @@ void put_beams(const ies::Photometry& photometry, v1::PhotometrySummary& summary
     if (field) summary.set_widest_field_rad(field->radians());
 }
 
+// What the file says of its colour, which no light takes on its own; empty where it says nothing.
+std::string colour_note(const ies::Photometry& photometry) {
+    const ies::LampColour colour = ies::lamp_colour(photometry);
+    if (!colour.cct_k && !colour.cri) return {};
+    std::string text = "note lamp_colour: the file says ";
+    if (colour.cct_k) text += print_number(*colour.cct_k) + " K";
+    if (colour.cri)
+        text += (colour.cct_k ? ", " : "") + std::string(colour.cri_is_least ? "CRI at least " : "CRI ") +
+                print_number(*colour.cri);
+    if (colour.cct_k)
+        text += "; a light is of this colour with gonio set light NAME --cct " + print_number(*colour.cct_k);
+    return text;
+}
+
 }  // namespace
 
 v1::PhotometrySummary summary_of(const Profile& profile) {
@@ -67,6 +82,7 @@ v1::PhotometrySummary summary_of(const Profile& profile) {
     summary.set_height_m(photometry.opening.height.in(m));
     summary.set_format(photometry.provenance.format);
     summary.set_description(description_of(photometry));
+    if (const std::string note = colour_note(photometry); !note.empty()) summary.add_diagnostics(note);
     for (const ies::Diagnostic& d : photometry.diagnostics) {
         if (static_cast<std::size_t>(summary.diagnostics_size()) == kMaxDiagnostics) break;
         summary.add_diagnostics(d.severity + " " + d.code +

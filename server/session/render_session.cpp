@@ -21,10 +21,14 @@
 #include "server/scene/state.h"
 #include "server/scene/target_table.h"
 #include "server/session/command_files.h"
+#include "server/session/file_place.h"
 #include "server/session/glare.h"
 #include "server/session/grid_values.h"
 #include "server/session/isolux.h"
+#include "server/session/left_profiles.h"
+#include "server/session/outlets.h"
 #include "server/session/shows.h"
+#include "server/show/held_files.h"
 #include "server/trace/exposure.h"
 
 namespace gonio {
@@ -48,6 +52,8 @@ RenderSession::RenderSession(std::unique_ptr<LiveRenderer> renderer, Scene scene
           loader, [&queue] { queue.wake(Queue<Work>::Wake::soon); }, trace::metered_range) {
     begin_renderer();
     prepare_presets();
+    told_hidden_ = hidden_.warnings(scene_);
+    for (const std::string& warning : told_hidden_) spdlog::warn("{}: {}", scene_.asset->name, warning);
 }
 
 void RenderSession::begin_renderer() {
@@ -86,6 +92,7 @@ void RenderSession::set_renderer(std::unique_ptr<LiveRenderer> renderer) {
 
 v1::State RenderSession::state() const {
     v1::State state = full_state(scene_);
+    for (const std::string& warning : told_hidden_) state.add_scene_warnings(warning);
     *state.mutable_control() = roles_.control();
     state.set_boot(boot_);
     state.set_restored_rev(restored_rev_);
@@ -99,6 +106,7 @@ v1::State RenderSession::state() const {
 v1::ShowFile RenderSession::show_now() const {
     v1::ShowFile show = show_file(scene_);
     show.set_can_save(!scene_access_.show_folder.empty());
+    show.set_not_held(!why_not_held(*scene_.asset).empty());
     return show;
 }
 
@@ -108,6 +116,7 @@ void RenderSession::take(Work work) {
     static const Error unknown{"unsupported", "message", "", "this server does not know the message"};
     if (work.closed) return forget_session(work.session);
     if (work.leader) return take_leader(work.leader);
+    if (!work.read) add_place(work.message, -scene_.asset->place);  // the loader brings it back as it was sent there
     switch (work.message.message_case()) {
         case v1::ClientMessage::kIdentify:
             roles_.identify(work.session, work.message.identify());
@@ -193,6 +202,9 @@ void RenderSession::take_command(Work work) {
     // Asked when the command came: whoever has gone since may have been allowed to.
     if (const auto refused = roles_.refuses_change(work.session, "command"); refused && !work.read)
         return replies_.refuse(work, *refused);
+    if (work.message.command().has_recess_light())
+        if (const auto refused = recess(scene_, *work.message.mutable_command()))
+            return replies_.refuse(work, *refused);
     if (!work.read && needs_files(work.message.command())) return (void)send_to_loader(std::move(work));
     if (work.failure) return replies_.refuse(work, *work.failure);
     const v1::Command& command = work.message.command();
@@ -221,8 +233,10 @@ void RenderSession::take_save(Work work) {
             replies_.busy(work, "too many files are waiting to be read");
         return;
     }
-    show_saved(scene_, work.message.save_show().name(), work.rev);
-    replies_.ok(work);
+    undo_.note_saved(work.message.save_show().name());
+    // Undo may have brought another scene back meanwhile; that one is not in the file.
+    if (scene_.geometry_rev <= work.rev) show_saved(scene_, work.message.save_show().name(), work.rev);
+    replies_.ok(work, work.loaded.warnings);
     v1::StateChanged change;
     change.set_scene_rev(scene_.scene_rev);
     change.mutable_state()->set_scene_rev(scene_.scene_rev);
@@ -259,8 +273,10 @@ void RenderSession::tell_control(std::uint32_t by) {
 
 void RenderSession::tell(v1::StateChanged change, std::uint32_t by) {
     change.set_by(by);
+    put_scene_warnings(change);
     const v1::ShowFile show = show_now();
-    if (show.name() != told_show_.name() || show.unsaved() != told_show_.unsaved()) {
+    if (show.name() != told_show_.name() || show.unsaved() != told_show_.unsaved() ||
+        show.not_held() != told_show_.not_held()) {
         *change.mutable_state()->mutable_show() = show;
         told_show_ = show;
     }
@@ -270,6 +286,19 @@ void RenderSession::tell(v1::StateChanged change, std::uint32_t by) {
     if (change.state().has_cue_playback()) ++cues_told_;
     out_.state(state(), std::move(change));
     followers_.tell(shown(), replies_);
+}
+
+// The warnings of the scene come with its name: a change that has the name has all of them, maybe none.
+void RenderSession::put_scene_warnings(v1::StateChanged& change) {
+    auto hidden = hidden_.warnings(scene_);
+    if (hidden == told_hidden_ && !change.state().has_scene()) return;
+    told_hidden_ = std::move(hidden);
+    v1::State& state = *change.mutable_state();
+    state.set_scene_rev(scene_.scene_rev);
+    state.set_scene(scene_.asset->name);
+    state.clear_scene_warnings();
+    for (const std::string& warning : scene_.asset->warnings) state.add_scene_warnings(warning);
+    for (const std::string& warning : told_hidden_) state.add_scene_warnings(warning);
 }
 
 void RenderSession::apply_command(const Work& work) {
@@ -282,18 +311,31 @@ void RenderSession::apply_command(const Work& work) {
     if (refused) return replies_.refuse(work, *refused);
     const Scene before = scene_;
     Result<Applied> applied = apply(scene_, command, work.loaded);
+    if (replaces_scene(command)) list_profiles();
+    forget_left_profiles(before, scene_, {work.loaded.profile});
     if (!applied) return replies_.refuse(work, applied.error());
     changes_.note(scene_, before.scene_rev, command, work.session);
-    if (command.has_load_scene())
+    std::ranges::move(outlet_warnings(scene_, &before, &hidden_), std::back_inserter(applied->warnings));
+    if (command.has_load_scene() && replaces_scene(command))
         for (const std::string& warning : applied->warnings) spdlog::warn("{}: {}", scene_.asset->name, warning);
-    replies_.ok(work, std::move(applied->warnings));
+    replies_.ok(work, std::move(applied->warnings), replaces_scene(command) ? words_of(before) : "");
     begin_fade(command, work.session, undo_.note(work.session, before, scene_, command));
-    if (command.has_open_show()) {
-        fade_ = Fade();
-        prepare_presets();
-    }
+    if (command.has_open_show()) begin_scene();
     if (command.has_set_exposure() && command.set_exposure().automatic()) auto_exposure_.ask();
     tell_change(before, work.session);
+}
+
+// The library has the profiles of the scene that is shown: the loader listed those of a file, of which a refusal left
+// nothing, and beside which lights may have been kept.
+void RenderSession::list_profiles() {
+    loader_.submit([library = library_, profiles = profiles_of(scene_)] { library->keep_scene(profiles); });
+}
+
+// A whole scene took the place of the one before, with presets and cues of its own.
+void RenderSession::begin_scene() {
+    fade_ = Fade();
+    cues_.forget();
+    prepare_presets();
 }
 
 // A change of this client like any other, but no step of its own.
@@ -304,15 +346,29 @@ void RenderSession::undo_or_redo(const Work& work) {
             return replies_.refuse(work, *refused);
     auto plan = undo_.plan(work.session, command.has_redo(), scene_);
     if (!plan) return replies_.refuse(work, plan.error());
+    if (plan->scene && command.has_base_rev()) {  // it replaces everything, as a load does
+        v1::Command load;
+        load.mutable_load_scene();
+        if (const auto refused = changes_.conflict(scene_, load, command.base_rev(), work.session))
+            return replies_.refuse(work, *refused);
+    }
     Loaded loaded;
+    loaded.opened = plan->scene;
     loaded.targets = std::make_shared<const std::vector<EditTarget>>(plan->targets);
     const Scene before = scene_;
     const Result<Applied> applied = apply(scene_, command, loaded);
     if (!applied) return replies_.refuse(work, applied.error());
+    forget_left_profiles(before, scene_);
     if (plan->step == fade_step_) fade_ = Fade();
     for (const Edit& edit : undo_.carried_out(work.session, command.has_redo(), *plan, before, scene_))
         if (const std::string path = path_of(scene_, edit.key); !path.empty())
             changes_.note(path, scene_.scene_rev, work.session);
+    if (plan->scene) {
+        changes_.note_replaced(scene_.scene_rev, work.session);
+        begin_scene();
+        list_profiles();
+    }
+    outlet_warnings(scene_, &before, &hidden_);  // told with the state: undo itself is not warned of
     std::vector<std::string> warnings = std::move(plan->warnings);
     warnings.insert(warnings.end(), applied->warnings.begin(), applied->warnings.end());
     replies_.ok(work, std::move(warnings));

@@ -21,6 +21,7 @@
 #include "server/session/followers.h"
 #include "server/session/library.h"
 #include "server/session/meter_queue.h"
+#include "server/session/outlets.h"
 #include "server/session/played_cues.h"
 #include "server/session/reference_work.h"
 #include "server/session/report_log.h"
@@ -90,6 +91,12 @@ public:
     void set_scene_access(SceneAccess access) { scene_access_ = std::move(access); }
     // boot: names this run of the program; restored: the revision of the state file that it began with, 0: it had none.
     void set_boot(std::string boot, Revision restored) { boot_ = std::move(boot), restored_rev_ = restored; }
+    // What a restart needs to go on with undo, goes on with it, and gets a scene of it that was read: as of Undo.
+    std::shared_ptr<const UndoRecord> undo_record() const { return undo_.record(); }
+    void go_on(const UndoRecord& record) { undo_.go_on(record, scene_); }
+    void take_read(const std::shared_ptr<const LeftScene>& kept, std::shared_ptr<const LeftScene> read) {
+        undo_.take_read(kept, std::move(read), scene_);
+    }
     // Everything comes from the server of this address; no client, console, cue or automatic value changes anything.
     void set_leader(std::string address);
     // Whether the leader's revisions began again: the renderer is to be given up, and begin_anew() called when there is
@@ -169,8 +176,11 @@ private:
     void tell_control(std::uint32_t by);
     void tell(v1::StateChanged change, std::uint32_t by);
     v1::ShowFile show_now() const;
+    void put_scene_warnings(v1::StateChanged& change);
     void tell_change(const Scene& before, std::uint32_t by);
     void apply_command(const Work& work);
+    void begin_scene();
+    void list_profiles();
     void undo_or_redo(const Work& work);
     void run_cue(const Work& work);
     void note_cues(Revision before, std::uint32_t by);
@@ -219,6 +229,8 @@ private:
     AutoRange auto_range_;
     std::uint32_t frames_rendered_ = 0, gpu_resets_ = 0;
     std::string picture_error_;  // why the newest picture is not as the scene is; empty: it is
+    HiddenLights hidden_;
+    std::vector<std::string> told_hidden_;  // what clients know of hidden_: among the warnings of the scene
 };
 
 }  // namespace gonio

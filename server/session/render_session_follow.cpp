@@ -55,6 +55,7 @@ void RenderSession::begin_anew() {
 void RenderSession::take_scene(const LeaderNews& news) {
     const Scene before = std::exchange(scene_, *news.scene);
     in_touch_ = true;
+    if (scene_.asset != before.asset) list_profiles();
     v1::StateChanged change = state_change(before, scene_);
     if (std::exchange(boot_, news.boot) != boot_) change.mutable_state()->set_boot(boot_);
     if (news.cues.SerializeAsString() != leader_cues_.SerializeAsString())

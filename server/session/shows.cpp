@@ -6,15 +6,40 @@
 #include "protocol/schema/gonio.pb.h"
 #include "protocol/schema/library.pb.h"
 #include "protocol/schema/show.pb.h"
+#include "protocol/text/shortened_text.h"
+#include "server/scene/asset_files.h"
+#include "server/scene/cue.h"
+#include "server/scene/state.h"
+#include "server/show/held_files.h"
 #include "server/show/saved_show.h"
 #include "server/show/show_folder.h"
 
 namespace gonio {
 namespace {
 
-std::string text_of(const Scene& scene) {
+// The show as it stands, with the files of its scene where it then has at most so many bytes. not_held: why it has none
+// of them; empty: it has them, or they are built in.
+std::string text_of(const Scene& scene, std::size_t most_bytes, std::string& not_held) {
     ProfileTexts texts;
-    return write_show(show_of(scene, texts));
+    saved::Show show = show_of(scene, texts);
+    std::uint64_t bytes = 0;
+    if (scene.asset->files)
+        for (const AssetFile& file : scene.asset->files->files) bytes += file.bytes;
+    if (bytes / 3 * 4 > most_bytes)  // as Base64
+        not_held = "its files are too many bytes for " + std::to_string(most_bytes >> 20) + " MiB of text";
+    else
+        not_held = hold_files(*scene.asset, true, show);
+    std::string text = write_show(show);
+    if (text.size() <= most_bytes || show.files().empty()) return text;
+    not_held = "with the scene's files it is " + std::to_string(text.size() >> 20) + " MiB, of which there are " +
+               std::to_string(most_bytes >> 20) + " at most";
+    show.clear_files();
+    return write_show(show);
+}
+
+// why: of hold_files.
+std::string not_held_warning(const std::string& why) {
+    return "the show does not hold its scene: " + why + ". It opens only where the scene's files are";
 }
 
 Result<v1::Shows> shows_reply(const v1::ShowsQuery& query, const Scene& scene, const std::string& folder) {
@@ -26,12 +51,16 @@ Result<v1::Shows> shows_reply(const v1::ShowsQuery& query, const Scene& scene, c
         if (!checked) return checked.error();
         name = *checked;
     }
-    auto text = name.empty() ? Result<std::string>(text_of(scene)) : read_show_file(folder, name, kMaxShownBytes);
+    std::string not_held;
+    auto text = name.empty() ? Result<std::string>(text_of(scene, kMaxShownBytes, not_held))
+                             : read_show_file(folder, name, kMaxShownBytes);
     if (!text) return text.error();
     if (text->size() > kMaxShownBytes)
         return Error{"too_large", "shows.text_of", name,
-                     "a client is sent at most 32 MiB: the show has " + std::to_string(text->size()) + " bytes"};
+                     "a client is sent at most " + std::to_string(kMaxShownBytes >> 20) + " MiB: the show has " +
+                         std::to_string(text->size()) + " bytes"};
     shows->set_text_of(name);
+    shows->set_not_held(not_held);
     shows->set_text(std::move(*text));
     return shows;
 }
@@ -67,11 +96,32 @@ bool save_show(Work work, const Scene& scene, const SceneAccess& access, Loader&
     return loader.submit([shared, scene, folder = access.show_folder, done = std::move(done)] {
         const v1::SaveShow& save = shared->message.save_show();
         const bool replace = save.replace() || save.name() == scene.show_name;
-        const auto written = write_show_file(folder, save.name(), text_of(scene), replace);
+        std::string not_held;
+        const auto written = write_show_file(folder, save.name(), text_of(scene, kMaxSavedBytes, not_held), replace);
         if (!written) shared->failure = written.error();
+        if (!not_held.empty()) shared->loaded.warnings.push_back(not_held_warning(not_held));
         shared->read = true;
         done(std::move(*shared));
     });
+}
+
+std::string words_of(const Scene& scene) {
+    std::string words = shortened_text(scene.asset->name, 200) + ": ";
+    bool first = true;
+    const auto add = [&](std::size_t count, const std::string& one) {
+        if (count == 0 && one != "luminaire") return;
+        words += (first ? "" : ", ") + std::to_string(count) + " " + one + (count == 1 ? "" : "s");
+        first = false;
+    };
+    add(scene.lights.size(), "luminaire");
+    add(scene.groups.size(), "group");
+    add(scene.presets.size(), "preset");
+    add(scene.cues ? scene.cues->size() : 0, "cue");
+    add(scene.saved_views.size(), "view");
+    add(scene.grids.size(), "grid");
+    add(scene.observers.size(), "observer");
+    if (show_file(scene).unsaved()) words += "; not saved";
+    return words;
 }
 
 v1::Gels gels_reply(const Gels* gels) {

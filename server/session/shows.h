@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "server/scene/gel.h"
 #include "server/session/loader.h"
@@ -22,6 +23,9 @@ std::optional<Error> check_save(v1::SaveShow& save, const Scene& scene, const Sc
 // written, on the loader's thread. Result: false where too much waits.
 bool save_show(Work work, const Scene& scene, const SceneAccess& access, Loader& loader,
                std::function<void(Work)> done);
+
+// Result: what there is in the scene, for people: "cornell: 3 luminaires, 2 presets; not saved".
+std::string words_of(const Scene& scene);
 
 v1::Gels gels_reply(const Gels* gels);
 

@@ -50,7 +50,7 @@ void SurfaceInput::take_updates() {
 bool SurfaceInput::waiting() {
     if (surfaces_ == nullptr) return false;
     take_updates();
-    return !waiting_.controls.empty() || waiting_.timecode || reader_.moving();
+    return !waiting_.controls.empty() || waiting_.timecode || !waiting_.cues.empty() || reader_.moving();
 }
 
 // Result: whether somebody learns: then hands drive nothing.
@@ -139,12 +139,24 @@ void carry_out(RenderSession& render_session, std::span<const SurfaceAction> act
     set();
 }
 
+// Of MIDI Show Control, as if somebody had said them: also while controls are learned.
+void SurfaceInput::play_cues(RenderSession& render_session) {
+    const Revision before = render_session.scene().scene_rev;
+    for (const std::string& cue : std::exchange(waiting_.cues, {})) {
+        const v1::Command command = cue_command(cue);
+        for (const auto& refused : render_session.apply_inputs({&command, 1}))
+            cue_refused_ = refused ? "MIDI Show Control: " + refused->text() : "";
+    }
+    render_session.tell_inputs(before);
+}
+
 void SurfaceInput::serve(RenderSession& render_session, std::int64_t now_ns) {
     if (surfaces_ == nullptr) return;
     take_updates();
     follow_map(render_session.scene());
     if (const auto time = std::exchange(waiting_.timecode, std::nullopt))
         render_session.hear_timecode(TimecodeSource::mtc, time->first, time->second);
+    play_cues(render_session);
     const Revision before = render_session.scene().scene_rev;
     if (!waiting_.controls.empty() || !waiting_.attached.empty() || reader_.moving() || !learning_.empty()) {
         for (const std::string& device : waiting_.attached) reader_.attached(device);
@@ -174,7 +186,7 @@ void SurfaceInput::serve(RenderSession& render_session, std::int64_t now_ns) {
 std::int64_t SurfaceInput::sleep_ns(std::int64_t now_ns) const {
     constexpr std::int64_t kIdle_ns = 250'000'000;
     if (surfaces_ == nullptr) return kIdle_ns;
-    if (!waiting_.controls.empty() || waiting_.timecode || reader_.moving())
+    if (!waiting_.controls.empty() || waiting_.timecode || !waiting_.cues.empty() || reader_.moving())
         return std::clamp<std::int64_t>(served_ns_ + interval_ns_ - now_ns, 0, kIdle_ns);
     if (!learning_.empty()) return std::clamp<std::int64_t>(learning_.front().until_ns - now_ns, 0, kIdle_ns);
     return kIdle_ns;
@@ -218,6 +230,22 @@ std::optional<double> SurfaceInput::latency_ms() const {
     return sorted[sorted.size() / 2];
 }
 
+void SurfaceInput::add_endpoints(v1::Sources& sources) const {
+    for (const v1::SurfaceDevice& device : table_.table.devices()) {
+        if (device.state() != "live" || device.not_understood().empty()) continue;
+        v1::InputEndpoint& row = *sources.add_endpoints();
+        row.set_protocol("box");
+        row.set_address(device.device());
+        row.set_packets(device.events() + device.ignored());
+        row.set_bad_packets(device.ignored());
+        std::string kinds;
+        for (const v1::IgnoredMessages& ignored : device.not_understood())
+            kinds +=
+                (kinds.empty() ? "not understood: " : ", ") + std::to_string(ignored.count()) + " x " + ignored.kind();
+        row.set_last_error(kinds);
+    }
+}
+
 v1::Surfaces SurfaceInput::describe(const Scene& scene) const {
     v1::Surfaces surfaces;
     *surfaces.mutable_devices() = table_.table.devices();
@@ -226,6 +254,7 @@ v1::Surfaces SurfaceInput::describe(const Scene& scene) const {
     surfaces.set_with_default(!scene.surfaces || scene.surfaces->with_default());
     surfaces.set_page(reader_.page());
     for (std::string& warning : surface_warnings(scene)) surfaces.add_warnings(std::move(warning));
+    if (!cue_refused_.empty()) surfaces.add_warnings(cue_refused_);
     if (const auto median = latency_ms()) surfaces.set_latency_ms(*median);
     return surfaces;
 }

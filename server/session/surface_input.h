@@ -40,6 +40,8 @@ public:
     void picture_out(Revision scene_rev, std::int64_t rendered_ns);
 
     v1::Surfaces describe(const Scene& scene) const;
+    // Adds a row for each box that has sent what was not understood, so that `gonio sources` tells of it too.
+    void add_endpoints(v1::Sources& sources) const;
     void learn(std::uint32_t session, std::uint32_t request_id, double timeout_s);
     void forget_session(std::uint32_t session);
 
@@ -56,6 +58,7 @@ private:
     void follow_map(const Scene& scene);
     void take_updates();
     bool serve_learning(std::int64_t now_ns);
+    void play_cues(RenderSession& render_session);
     void answer(const Learning& learning, const ControlInput* moved);
     void show(const Scene& scene);
     std::optional<double> latency_ms() const;
@@ -71,6 +74,7 @@ private:
     std::optional<std::pair<Revision, std::uint32_t>> shown_;
     SurfaceTargets shown_values_;
     std::deque<Learning> learning_;
+    std::string cue_refused_;    // why the last cue of MIDI Show Control was not played; empty: it was
     std::int64_t since_ns_ = 0;  // the first event that no revision holds yet; 0: none
     std::deque<Unseen> unseen_;
     std::deque<double> latencies_ms_;

@@ -2,14 +2,18 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include "protocol/schema/command.pb.h"
 #include "protocol/schema/console.pb.h"
 #include "protocol/schema/grid.pb.h"
 #include "protocol/schema/light.pb.h"
+#include "protocol/schema/scene.pb.h"
 #include "protocol/schema/session.pb.h"
 #include "protocol/schema/surface.pb.h"
+#include "protocol/text/shortened_text.h"
 #include "server/scene/cue.h"
+#include "server/session/changes.h"
 
 namespace gonio {
 namespace {
@@ -49,6 +53,11 @@ std::string edit_label(const v1::EditLights& edit) {
     return light_label(set);
 }
 
+// Result: of a path, or of "upload:NAME".
+std::string file_name(const std::string& file) {
+    return shortened_text(file.substr(file.find_last_of("/:") + 1), 60);
+}
+
 // Result: what it does, in a few words. Of a command that changed something that undo knows.
 std::string label_of(const v1::Command& command) {
     switch (command.command_case()) {
@@ -64,6 +73,10 @@ std::string label_of(const v1::Command& command) {
             return "rename " + command.rename_light().name() + " to " + command.rename_light().new_name();
         case v1::Command::kSetGroup:
             return "group " + command.set_group().name();
+        case v1::Command::kLoadScene:
+            return (command.load_scene().merge() ? "merge " : "load ") + file_name(command.load_scene().file());
+        case v1::Command::kOpenShow:
+            return "open " + file_name(command.open_show().name());
         case v1::Command::kSetMaster:
             return "master";
         case v1::Command::kSetPatch:
@@ -131,6 +144,18 @@ void add_bytes(const EditValue& value, std::set<const Profile*>& seen, std::size
         bytes += *surfaces ? (*surfaces)->SpaceUsedLong() : 0;
 }
 
+// Result: what a scene's meshes and pictures take, and what is made of them.
+std::size_t bytes_of(const SceneAsset& asset) {
+    std::size_t bytes = 0;
+    for (const Mesh& mesh : asset.meshes)
+        bytes += sizeof(Vertex) * mesh.vertices.size() + sizeof(glm::u16vec4) * mesh.colors.size() +
+                 sizeof(glm::vec4) * mesh.tangents.size() + sizeof(glm::vec2) * mesh.second_uv.size() +
+                 sizeof(std::uint32_t) * mesh.indices.size();
+    for (const Image& image : asset.images) bytes += image.rgba.size();
+    constexpr std::size_t kPerTriangle = 200;  // of what rays and the raster go through
+    return bytes + kPerTriangle * asset.triangles();
+}
+
 bool is_of_light(const EditKey& key) {
     return key.kind <= EditKind::opening;
 }
@@ -153,7 +178,14 @@ void Undo::identify(std::uint32_t session, const std::string& undo_key, bool wan
 void Undo::forget_session(std::uint32_t session) {
     const auto found = sessions_.find(session);
     if (found == sessions_.end()) return;
-    if (found->second.key.starts_with("session ")) drop_stack(found->second.key);
+    if (const std::string& key = found->second.key; ends_with_session(key)) {
+        drop_stack(key);
+        // Nobody can go back past its loads any more.
+        for (LeftScenes* scenes : {&earlier_, &later_})
+            scenes->erase(scenes->begin(), std::find_if(scenes->rbegin(), scenes->rend(), [&](const auto& left) {
+                                               return left->key == key;
+                                           }).base());
+    }
     sessions_.erase(found);
 }
 
@@ -181,20 +213,66 @@ void Undo::drop_stack(const std::string& key) {
 
 void Undo::drop_step(Stack& stack, std::size_t index) {
     const auto step = stack.steps.begin() + static_cast<std::ptrdiff_t>(index);
-    for (const auto& [key, edit] : step->edits) {
+    for (const auto& [key, edit] : (*step)->edits) {
         const auto writer = writers_.find(key);
         if (--writer->second.uses == 0) writers_.erase(writer);
     }
-    bytes_ -= step->bytes;
+    bytes_ -= (*step)->bytes;
     stack.steps.erase(step);
     if (index < stack.done) --stack.done;
 }
 
-void Undo::empty_for_load() {
-    for (auto& [key, stack] : stacks_) {
-        if (!stack.steps.empty()) stack.emptied_by_load = true;
-        while (!stack.steps.empty()) drop_step(stack, stack.steps.size() - 1);
+void Undo::note_saved(const std::string& show_name) {
+    for (LeftScenes* scenes : {&earlier_, &later_}) {
+        for (auto& left : *scenes) {
+            if (!left->scene || left->scene->show_name != show_name) continue;
+            auto unsaved = std::make_shared<Scene>(*left->scene);
+            unsaved->show_rev = 0;
+            auto other = std::make_shared<Left>(*left);
+            other->scene = std::move(unsaved);
+            other->kept = nullptr;  // it is written anew
+            left = std::move(other);
+        }
     }
+}
+
+// Result: the last of the scenes, if the session can go back to it, or nullptr.
+const Undo::Left* Undo::left_by(std::uint32_t session, const LeftScenes& scenes) const {
+    const auto found = sessions_.find(session);
+    if (found == sessions_.end() || scenes.empty()) return nullptr;
+    const std::string& key = scenes.back()->key;  // empty: of a console, or of a client that is gone
+    return key.empty() || key == found->second.key ? scenes.back().get() : nullptr;
+}
+
+void Undo::leave(LeftScenes& to, const Scene& scene, const std::string& key, const std::string& label) {
+    UndoSteps steps{std::exchange(stacks_, {}), std::exchange(writers_, {}), std::exchange(bytes_, 0)};
+    to.push_back(std::make_shared<const Left>(
+        Left{std::make_shared<const Scene>(scene), key, label, std::move(steps), nullptr}));
+}
+
+void Undo::note_load(std::uint32_t session, const Scene& before, const Scene& after, const v1::Command& command) {
+    later_.clear();
+    const auto known = sessions_.find(session);
+    const std::string key = known == sessions_.end() ? "" : known->second.key;
+    if (const auto stack = stacks_.find(key); stack != stacks_.end())  // what it had undone
+        while (stack->second.steps.size() > stack->second.done)
+            drop_step(stack->second, stack->second.steps.size() - 1);
+    leave(earlier_, before, key, label_of(command));
+    keep_load_bounds(after);
+}
+
+void Undo::keep_load_bounds(const Scene& scene) {
+    const auto bytes = [&] {
+        std::set<const SceneAsset*> seen{scene.asset.get()};
+        std::size_t sum = 0;
+        for (const LeftScenes* scenes : {&earlier_, &later_})
+            for (const auto& left : *scenes)
+                if (left->scene && seen.insert(left->scene->asset.get()).second) sum += bytes_of(*left->scene->asset);
+        return sum;
+    };
+    for (LeftScenes* scenes : {&later_, &earlier_})
+        while (!scenes->empty() && (scenes->size() > kMaxUndoLoads || bytes() > most_load_bytes_))
+            scenes->erase(scenes->begin());
 }
 
 // The property has another value: whose, if a step knows it.
@@ -213,7 +291,7 @@ void Undo::merge(Step& step, std::vector<Edit> edits, const Scene& after) {
     for (Edit& edit : edits) {
         auto [entry, fresh] = step.edits.try_emplace(edit.key);
         Writer& writer = writers_[edit.key];
-        StepEdit& kept = entry->second;
+        UndoEdit& kept = entry->second;
         if (fresh) ++writer.uses;
         if (fresh || writer.step != step.id) {
             kept.before = std::move(edit.before);
@@ -245,7 +323,7 @@ void Undo::keep_bounds(Stack& stack) {
     while (bytes_ > kMaxUndoBytes) {
         Stack* oldest = nullptr;
         for (auto& [key, one] : stacks_)
-            if (!one.steps.empty() && (oldest == nullptr || one.steps.front().id < oldest->steps.front().id))
+            if (!one.steps.empty() && (oldest == nullptr || one.steps.front()->id < oldest->steps.front()->id))
                 oldest = &one;
         // What was undone can only be redone from its front.
         drop_step(*oldest, oldest->done > 0 ? 0 : oldest->steps.size() - 1);
@@ -253,8 +331,8 @@ void Undo::keep_bounds(Stack& stack) {
 }
 
 std::uint64_t Undo::note(std::uint32_t session, const Scene& before, const Scene& after, const v1::Command& command) {
-    if (command.has_load_scene() || command.has_open_show()) {
-        empty_for_load();
+    if (replaces_scene(command)) {
+        note_load(session, before, after, command);
         return 0;
     }
     const auto known = sessions_.find(session);
@@ -271,21 +349,22 @@ std::uint64_t Undo::note(std::uint32_t session, const Scene& before, const Scene
             edits.push_back(std::move(edit));
     if (edits.empty()) return 0;
     Stack& stack = open_stack(known->second.key);
-    stack.emptied_by_load = false;
+    if (left_by(session, later_) != nullptr) later_.clear();
     while (stack.steps.size() > stack.done) drop_step(stack, stack.steps.size() - 1);
-    const bool goes_on = command.gesture() != 0 && !stack.steps.empty() && stack.steps.back().session == session &&
-                         stack.steps.back().gesture == command.gesture();
+    const bool goes_on = command.gesture() != 0 && !stack.steps.empty() && stack.steps.back()->session == session &&
+                         stack.steps.back()->gesture == command.gesture();
+    auto step = goes_on ? std::make_shared<Step>(*stack.steps.back()) : std::make_shared<Step>();
     if (!goes_on) {
-        Step step;
-        step.id = ++last_id_;
-        step.session = session;
-        step.gesture = command.gesture();
-        step.label = label_of(command);
-        stack.steps.push_back(std::move(step));
+        step->id = ++last_id_;
+        step->session = session;
+        step->gesture = command.gesture();
+        step->label = label_of(command);
+        stack.steps.emplace_back();
         ++stack.done;
     }
-    const std::uint64_t id = stack.steps.back().id;
-    merge(stack.steps.back(), std::move(edits), after);
+    const std::uint64_t id = step->id;
+    merge(*step, std::move(edits), after);
+    stack.steps.back() = std::move(step);
     keep_bounds(stack);
     return id;
 }
@@ -305,7 +384,7 @@ void Undo::note_inputs(const Scene& after, Revision since, std::uint64_t fading)
 }
 
 bool Undo::last_writer(const Step& step, const EditKey& key, bool redo) const {
-    const StepEdit& edit = step.edits.at(key);
+    const UndoEdit& edit = step.edits.at(key);
     const std::uint64_t writer = writers_.at(key).step;
     return redo ? edit.undone && writer == edit.before_writer : writer == step.id;
 }
@@ -329,12 +408,24 @@ Result<UndoPlan> Undo::plan(std::uint32_t session, bool redo, const Scene& scene
     const Stack* stack = stack_of(session);
     const std::size_t index = stack == nullptr ? 0 : redo ? stack->done : stack->done - 1;
     if (stack == nullptr || index >= stack->steps.size()) {  // of unsigned numbers: also -1
-        const bool loaded = stack != nullptr && stack->emptied_by_load;
+        const LeftScenes& scenes = redo ? later_ : earlier_;
+        if (const Left* left = left_by(session, scenes)) {
+            if (!left->scene) return Error{"busy", what, "", "the scene before is still being read"};
+            UndoPlan plan{{}, left->scene, {}, 0, left->label};
+            const std::string& own = sessions_.at(session).key;
+            if (!redo &&
+                std::ranges::any_of(stacks_, [&](const auto& one) { return one.first != own && one.second.done > 0; }))
+                plan.warnings.emplace_back("what other clients changed since goes with it");
+            return plan;
+        }
+        const auto known = sessions_.find(session);
+        const bool loaded = !redo && known != sessions_.end() && !scenes.empty() &&
+                            scenes.back()->steps.stacks.contains(known->second.key);
         return Error{"not_found", what, "",
                      std::string("nothing to ") + what + (loaded ? ": a scene or a show was loaded since" : "")};
     }
-    const Step& step = stack->steps[index];
-    UndoPlan plan{{}, {}, step.id, step.label};
+    const Step& step = *stack->steps[index];
+    UndoPlan plan{{}, {}, {}, step.id, step.label};
     std::size_t untold = 0;
     std::set<std::uint32_t> staying;  // lights that come or go with the step, and may not
     for (const auto& [key, edit] : step.edits) {
@@ -364,15 +455,25 @@ Result<UndoPlan> Undo::plan(std::uint32_t session, bool redo, const Scene& scene
 
 std::vector<Edit> Undo::carried_out(std::uint32_t session, bool redo, const UndoPlan& plan, const Scene& before,
                                     const Scene& after) {
+    if (plan.scene) {
+        LeftScenes &from = redo ? later_ : earlier_, &to = redo ? earlier_ : later_;
+        const std::shared_ptr<const Left> left = from.back();
+        from.pop_back();
+        leave(to, before, left->key, left->label);
+        stacks_ = left->steps.stacks, writers_ = left->steps.writers, bytes_ = left->steps.bytes;
+        keep_load_bounds(after);
+        return {};
+    }
     Stack& stack = stacks_.at(sessions_.at(session).key);
     stack.used = ++last_id_;
     const std::size_t index = redo ? stack.done : stack.done - 1;
-    Step& step = stack.steps[index];
+    const auto changed = std::make_shared<Step>(*stack.steps[index]);
+    Step& step = *changed;
     for (auto& [key, edit] : step.edits) edit.undone = false;
     for (const auto& [key, value] : plan.targets) {
         Writer& writer = writers_.at(key);
         EditValue now = value_of(after, key);
-        StepEdit& edit = step.edits.at(key);
+        UndoEdit& edit = step.edits.at(key);
         if (now != value) continue;  // it could not be set back
         writer.now = std::move(now);
         writer.step = redo ? step.id : edit.before_writer;
@@ -384,6 +485,7 @@ std::vector<Edit> Undo::carried_out(std::uint32_t session, bool redo, const Undo
     std::vector<Edit> edits = edits_between(before, after);
     for (const Edit& edit : edits) write(edit.key, after, by, false);
     const bool any = std::ranges::any_of(step.edits, [](const auto& one) { return one.second.undone; });
+    stack.steps[index] = changed;
     if (redo)
         ++stack.done;
     else if (any)
@@ -393,14 +495,57 @@ std::vector<Edit> Undo::carried_out(std::uint32_t session, bool redo, const Undo
     return edits;
 }
 
+std::shared_ptr<const UndoRecord> Undo::record() const {
+    auto record = std::make_shared<UndoRecord>();
+    record->steps = {stacks_, writers_, bytes_};
+    record->last_id = last_id_;
+    for (auto left = earlier_.rbegin(); left != earlier_.rend() && !ends_with_session((*left)->key); ++left)
+        record->earlier.insert(record->earlier.begin(), *left);
+    return record;
+}
+
+void Undo::go_on(const UndoRecord& record, const Scene& scene) {
+    stacks_ = record.steps.stacks, writers_ = record.steps.writers;
+    earlier_ = record.earlier;
+    last_id_ = record.last_id;
+    bytes_ = 0;
+    for (auto& [key, stack] : stacks_) {
+        for (auto& step : stack.steps) {
+            auto weighed = std::make_shared<Step>(*step);
+            weighed->bytes = 0;
+            weigh(*weighed);
+            step = std::move(weighed);
+        }
+        keep_bounds(stack);
+    }
+    keep_load_bounds(scene);
+}
+
+void Undo::take_read(const std::shared_ptr<const LeftScene>& kept, std::shared_ptr<const LeftScene> read,
+                     const Scene& scene) {
+    const auto at = std::ranges::find(earlier_, kept);
+    if (at == earlier_.end()) return;  // it was dropped meanwhile
+    if (read)
+        *at = std::move(read);
+    else
+        earlier_.erase(earlier_.begin(), at + 1);
+    keep_load_bounds(scene);
+}
+
 std::vector<std::pair<std::uint32_t, v1::UndoState>> Undo::take_news() {
     std::vector<std::pair<std::uint32_t, v1::UndoState>> news;
     for (auto& [session, one] : sessions_) {
         if (!one.wants) continue;
         const Stack* stack = stack_of(session);
         v1::UndoState now;
-        if (stack != nullptr && stack->done > 0) now.set_undo_label(stack->steps[stack->done - 1].label);
-        if (stack != nullptr && stack->done < stack->steps.size()) now.set_redo_label(stack->steps[stack->done].label);
+        if (stack != nullptr && stack->done > 0)
+            now.set_undo_label(stack->steps[stack->done - 1]->label);
+        else if (const Left* left = left_by(session, earlier_))
+            now.set_undo_label(left->label);
+        if (stack != nullptr && stack->done < stack->steps.size())
+            now.set_redo_label(stack->steps[stack->done]->label);
+        else if (const Left* left = left_by(session, later_))
+            now.set_redo_label(left->label);
         if (now.undo_label() == one.told.undo_label() && now.redo_label() == one.told.redo_label()) continue;
         one.told = now;
         news.emplace_back(session, std::move(now));

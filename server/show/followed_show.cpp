@@ -4,7 +4,6 @@
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <set>
 
 #include "protocol/schema/command.pb.h"
@@ -15,6 +14,9 @@
 #include "server/base/sha256.h"
 #include "server/scene/light_tables.h"
 #include "server/scene/light_values.h"
+#include "server/show/safe_path.h"
+#include "server/show/saved_imported.h"
+#include "server/show/saved_profile.h"
 #include "server/show/show_restorer.h"
 
 namespace gonio {
@@ -66,15 +68,6 @@ Error bad(const char* field, const std::string& value, std::string message) {
     return {"bad_message", std::string("followed.") + field, shortened_text(value, 80), std::move(message)};
 }
 
-// A relative path of plain names: it cannot leave the folder that it is put under.
-bool is_safe_path(const std::string& path) {
-    if (path.empty() || path.size() > kMaxFollowedPath || path.find('\\') != path.npos) return false;
-    if (shortened_text(path, kMaxFollowedPath) != path) return false;
-    const std::filesystem::path file(path);
-    return file.is_relative() && file.lexically_normal().generic_string() == path &&
-           std::ranges::none_of(file, [](const auto& name) { return name.empty() || name == "." || name == ".."; });
-}
-
 // ---- lights
 
 // Which light of the scene's file each light of the show is: an index, or -1.
@@ -115,6 +108,9 @@ public:
         }
         stage_.lights.push_back(*before);
         Light& light = stage_.lights.front();
+        // First: a sun takes no profile, and the aim goes by the mount.
+        if (light.seed < 0 && restorer_.restore_kind(light, saved, what))
+            light.profile_rev = light.aim_rev = stage_.scene_rev + 1;
         if (light.name != saved.name()) {
             v1::Command rename;
             rename.mutable_rename_light()->set_name(light.name);
@@ -185,6 +181,8 @@ void follow_lights(ShowRestorer& restorer, const saved::Show& show, bool same_as
         lights, scene.lights, [](const Light& a, const Light& b) { return a.id == b.id && a.name == b.name; });
     scene.lights = std::move(lights);
     if (!same) scene.lights_rev = now;
+    if (!show.imported()) scene.imported = nullptr;
+    restore_imported(show, scene);
 }
 
 void follow_values(ShowRestorer& restorer, const saved::Show& show) {
@@ -306,7 +304,7 @@ v1::Followed followed_of(const Scene& scene, const std::string& boot, Revision s
     for (const PartRow& row : kParts)
         if (parts.has(row.part)) followed.add_parts(row.name);
     saved::Show show = show_of(scene, texts, parts, since);
-    for (saved::Profile& profile : *show.mutable_profiles()) profile.clear_photometry();
+    for (saved::Profile& profile : *show.mutable_profiles()) profile.clear_photometry(), profile.clear_gobos();
     show.SerializeToString(followed.mutable_show());
     if (parts.has(ShowPart::scene) && scene.asset->files)
         for (const AssetFile& file : scene.asset->files->files) {
@@ -323,6 +321,7 @@ std::string show_hash(const Scene& scene, ProfileTexts& texts) {
     parts.set();
     parts.reset(static_cast<std::size_t>(ShowPart::file));
     saved::Show show = show_of(scene, texts, parts, 0, true);
+    texts.forget_unused();  // they would keep profiles that the scene has no more
     show.clear_scene_rev();
     std::string files;
     if (scene.asset->files)
@@ -380,10 +379,19 @@ Result<FollowedShow> read_followed(const v1::Followed& followed) {
 Result<std::shared_ptr<const Profile>> followed_profile(const std::string& content, bool uploaded) {
     const std::size_t name = content.find('\0');
     if (name == std::string::npos) return bad("show", "", "a profile has no name");
-    const auto read = make_profile(content.substr(0, name), std::string_view(content).substr(name + 1));
+    const std::string_view rest = std::string_view(content).substr(name + 1);
+    const std::size_t gate = rest.find('\0');
+    const auto read = make_profile(content.substr(0, name), rest.substr(0, gate));
     if (!read) return read;
     auto own = std::make_shared<Profile>(**read);
     own->uploaded = uploaded;
+    if (gate != rest.npos) {
+        saved::Profile saved;
+        std::vector<std::string> warnings;
+        if (!saved.ParseFromString(std::string(rest.substr(gate + 1)))) return bad("show", "", "a wheel is none");
+        take_gate(saved, *own, warnings);
+        if (!warnings.empty()) return bad("show", "", warnings.front());
+    }
     return std::shared_ptr<const Profile>(std::move(own));
 }
 

@@ -28,8 +28,7 @@ std::string show_hash(const Scene& scene, ProfileTexts& texts);
 
 // ---- of the follower
 
-inline constexpr std::size_t kMaxFollowedPath = 1024;  // bytes of a file's path
-inline constexpr int kMaxFollowedProfiles = 100'000;   // of a message
+inline constexpr int kMaxFollowedProfiles = 100'000;  // of a message
 
 struct FollowedShow {
     std::string boot;

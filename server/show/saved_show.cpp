@@ -20,11 +20,14 @@
 #include "server/scene/apply_view.h"
 #include "server/scene/cue.h"
 #include "server/scene/false_color.h"
+#include "server/scene/imported.h"
 #include "server/scene/light_tables.h"
 #include "server/scene/light_values.h"
 #include "server/scene/opening.h"
 #include "server/scene/preset.h"
 #include "server/scene/state.h"
+#include "server/show/saved_imported.h"
+#include "server/show/saved_profile.h"
 #include "server/show/show_restorer.h"
 
 namespace gonio {
@@ -84,12 +87,15 @@ public:
         if (light.gel) out.set_gel(light.gel->name);
         if (light.opening) out.set_opening(print_opening(*light.opening));
         if (by_content_) {
-            out.set_profile(texts_.of(light.profile).key);
+            // A wheel of the scene's file both sides have: it is named as there, not hashed.
+            const LightSeed* same = light.profile->gobos ? seed_with(*scene_.asset, light.profile) : nullptr;
+            if (same != nullptr) return out.set_scene_profile(same->name);
+            out.set_profile(texts_.hash_of(light.profile));
             return;
         }
         const LightSeed* own = seed_named(*scene_.asset, scene_name_of(light.name));
         if ((own == nullptr || own->profile != light.profile) && light.profile->gobos)
-            own = seed_with(*scene_.asset, light.profile);  // a photometric file would not have its wheel
+            own = seed_with(*scene_.asset, light.profile);  // a wheel takes much room beside its photometry
         if (own != nullptr && own->profile == light.profile) {
             out.set_scene_profile(own->name);
             return;
@@ -97,11 +103,7 @@ public:
         const ProfileTexts::Text& text = texts_.of(light.profile);
         out.set_profile(text.key);
         if (!written_.insert(text.key).second) return;
-        saved::Profile& profile = *show_.add_profiles();
-        profile.set_key(text.key);
-        profile.set_name(light.profile->name);
-        profile.set_photometry(text.content->substr(light.profile->name.size() + 1));
-        profile.set_uploaded(light.profile->uploaded);
+        texts_.put(light.profile, *show_.add_profiles());
     }
 
 private:
@@ -118,7 +120,14 @@ void put_lights(const Scene& scene, Writer& writer, Revision since, saved::Show&
         saved::Light& out = *show.add_lights();
         writer.put_light(light, out);
         if (std::string own = writer.scene_name_of(light.name); own != light.name) out.set_scene_name(std::move(own));
-        if (light.seed < 0 && light.multiplier != 1.0) out.set_multiplier(light.multiplier);
+        out.set_missing(light.missing);
+        if (light.imported >= 0) out.set_imported(static_cast<std::uint32_t>(light.imported));
+        if (light.seed >= 0) continue;
+        if (light.multiplier != 1.0) out.set_multiplier(light.multiplier);
+        out.set_sun(light.sun);
+        const glm::dquat& mount = light.world_from_mount;
+        if (mount != glm::dquat(1.0, 0.0, 0.0, 0.0))
+            for (const double part : {mount.x, mount.y, mount.z, mount.w}) out.add_mount_xyzw(part);
     }
 }
 
@@ -175,6 +184,7 @@ constexpr SmallPart kSmallParts[] = {
      [](const Scene& scene, saved::Show& show) {
          show.set_scene(lasting_name(scene.asset->name));
          show.set_scene_scale(scene.asset->scale);
+         if (scene.asset->imported) show.set_scene_universe_offset(scene.asset->imported->universe_offset);
      }},
     {ShowPart::groups,
      [](const Scene& scene, saved::Show& show) {
@@ -224,7 +234,10 @@ constexpr SmallPart kSmallParts[] = {
      }},
     {ShowPart::patch,
      [](const Scene& scene, saved::Show& show) {
-         if (scene.patch) *show.mutable_patch() = *scene.patch;
+         if (scene.patch)
+             *show.mutable_patch() = *scene.patch;
+         else if (scene.asset->patch)  // somebody chose the default patch instead of the file's
+             show.mutable_patch()->set_use_default(true);
      }},
     {ShowPart::surfaces,
      [](const Scene& scene, saved::Show& show) {
@@ -238,21 +251,50 @@ constexpr SmallPart kSmallParts[] = {
      }},
 };
 
+std::string photometric_content(const Profile& profile) {
+    return profile.name + '\0' + ies::write_lm63(profile.photometry);
+}
+
 }  // namespace
 
 const ProfileTexts::Text& ProfileTexts::of(const std::shared_ptr<const Profile>& profile) {
-    auto [entry, fresh] = texts_.try_emplace(profile);
-    entry->second.used = true;
-    if (fresh) {
-        auto content = std::make_shared<const std::string>(profile->name + '\0' + ies::write_lm63(profile->photometry));
-        entry->second.text = {sha256(*content), std::move(content)};
+    Entry& entry = texts_[profile];
+    entry.used = true;
+    if (!entry.text.content) {
+        std::string content = photometric_content(*profile);
+        if (has_gate(*profile)) {
+            saved::Profile gate;
+            put_gate(*profile, gate);
+            content += '\0' + gate.SerializeAsString();
+        }
+        entry.text.key = sha256(content);
+        entry.text.content = std::make_shared<const std::string>(std::move(content));
     }
-    return entry->second.text;
+    return entry.text;
+}
+
+const std::string& ProfileTexts::hash_of(const std::shared_ptr<const Profile>& profile) {
+    if (!has_gate(*profile)) return of(profile).key;
+    Entry& entry = texts_[profile];
+    entry.used = true;
+    if (entry.hash.empty()) entry.hash = sha256(photometric_content(*profile) + '\0' + gate_hash(*profile));
+    return entry.hash;
+}
+
+void ProfileTexts::put(const std::shared_ptr<const Profile>& profile, saved::Profile& saved) {
+    const Text& text = of(profile);
+    saved.set_key(text.key);
+    saved.set_name(profile->name);
+    const std::string rest = text.content->substr(profile->name.size() + 1);
+    saved.set_photometry(rest.substr(0, rest.find('\0')));
+    saved.set_uploaded(profile->uploaded);
+    put_gate(*profile, saved);
 }
 
 std::map<std::string, std::shared_ptr<const std::string>> ProfileTexts::known() const {
     std::map<std::string, std::shared_ptr<const std::string>> known;
-    for (const auto& [profile, entry] : texts_) known[entry.text.key] = entry.text.content;
+    for (const auto& [profile, entry] : texts_)
+        if (entry.text.content) known[entry.text.key] = entry.text.content;
     return known;
 }
 
@@ -284,6 +326,7 @@ saved::Show show_of(const Scene& scene, ProfileTexts& texts, const ShowParts& pa
     if (parts.has(ShowPart::lights)) {
         put_lights(scene, writer, 0, show);
         for (std::string& name : removed_lights(scene)) show.add_removed_lights(std::move(name));
+        put_imported(scene, show);
     } else if (parts.has(ShowPart::values)) {
         put_lights(scene, writer, values_since, show);
     }
@@ -333,6 +376,7 @@ RestoredShow restore_show(const saved::Show& show, std::shared_ptr<const SceneAs
                           std::chrono::milliseconds profile_time, std::shared_ptr<const Gels> gels) {
     Scene scene = scene_of(std::move(asset), revision_after(show));
     scene.gels = std::move(gels);
+    if (same_scene) scene.groups.clear();  // the show has its own, also of those that its file brought
     ShowRestorer restorer(show, std::move(scene));
     restorer.read_profiles(profile_time);
     restorer.restore_technique();
@@ -341,6 +385,7 @@ RestoredShow restore_show(const saved::Show& show, std::shared_ptr<const SceneAs
     restorer.restore_cue_options();
     if (same_scene) {
         restorer.restore_lights();
+        restore_imported(show, restorer.scene());
         restorer.restore_groups();
         restorer.restore_camera();
         restorer.restore_exposure();

@@ -29,10 +29,15 @@ class ProfileTexts {
 public:
     struct Text {
         std::string key;                             // SHA-256 of the content
-        std::shared_ptr<const std::string> content;  // the name, a 0 and the photometry as LM-63-2019
+        std::shared_ptr<const std::string> content;  // name, 0, photometry as LM-63-2019; then 0, saved.Profile
     };
     const Text& of(const std::shared_ptr<const Profile>& profile);
-    // Result: the contents that are known, by key.
+    // Result: SHA-256 of what the profile is. Without a wheel it is the key of its text; with one it is made without
+    // decoding the wheel's pictures.
+    const std::string& hash_of(const std::shared_ptr<const Profile>& profile);
+    // The profile as a show holds it.
+    void put(const std::shared_ptr<const Profile>& profile, saved::Profile& saved);
+    // Result: the contents that are known, by key; none of those of which only the hash was asked for.
     std::map<std::string, std::shared_ptr<const std::string>> known() const;
     // Forgets those that nobody asked for since the last call.
     void forget_unused();
@@ -42,6 +47,7 @@ public:
 private:
     struct Entry {
         Text text;
+        std::string hash;  // of hash_of()
         bool used = true;
     };
     std::map<std::shared_ptr<const Profile>, Entry> texts_;

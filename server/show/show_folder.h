@@ -14,7 +14,7 @@ namespace gonio {
 
 inline constexpr std::size_t kMaxShowName = 100;                      // bytes
 inline constexpr std::size_t kMostShows = 1000;                       // that are listed; more are counted
-inline constexpr std::size_t kMaxShownBytes = std::size_t{32} << 20;  // of a text that is sent to a client
+inline constexpr std::size_t kMaxShownBytes = std::size_t{48} << 20;  // of a text that is sent to a client
 
 // Result: the name without ".json" at its end. Errors: "invalid_argument" with `field` as place, where it is empty, too
 // long, no UTF-8, or could be a path or a hidden file.

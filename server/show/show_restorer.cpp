@@ -1,7 +1,9 @@
 #include "server/show/show_restorer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
+#include <utility>
 
 #include "protocol/schema/command.pb.h"
 #include "protocol/schema/cue.pb.h"
@@ -10,10 +12,12 @@
 #include "protocol/schema/scene.pb.h"
 #include "protocol/schema/view.pb.h"
 #include "server/assets/assets.h"
+#include "server/scene/apply_light.h"
 #include "server/scene/cue.h"
 #include "server/scene/light_tables.h"
 #include "server/scene/light_values.h"
 #include "server/scene/preset.h"
+#include "server/show/saved_profile.h"
 
 namespace gonio {
 namespace {
@@ -48,15 +52,13 @@ void ShowRestorer::read_profiles(std::chrono::milliseconds profile_time) {
                      std::to_string(profile_time.count()) + " ms to read");
                 continue;
             }
-            const auto read = make_profile(profile.name(), profile.photometry());
-            if (!read) {
-                warn("the profile '" + profile.name() + "' cannot be read: " + read.error().text());
+            const auto own = restored_profile(profile, warnings_);
+            if (!own) {
+                warn("the profile '" + profile.name() + "' cannot be read: " + own.error().text());
                 continue;
             }
-            auto own = std::make_shared<Profile>(**read);
-            own->uploaded = profile.uploaded();
-            if (lights) tables_of(*own);
-            profiles_[profile.key()] = std::move(own);
+            if (lights) tables_of(**own);
+            profiles_[profile.key()] = *own;
         }
     }
 }
@@ -176,6 +178,28 @@ void ShowRestorer::add(Scene& scene, const saved::Light& light, const std::strin
     fill(*command.mutable_add_light()->mutable_light(), light, what);
     if (light.has_multiplier()) command.mutable_add_light()->set_multiplier(light.multiplier());
     run(scene, command, loaded, what);
+    if (Light* const added = find_light(scene, light.name())) restore_kind(*added, light, what);
+}
+
+bool ShowRestorer::restore_kind(Light& light, const saved::Light& saved, const std::string& what) {
+    const bool had_sun = std::exchange(light.sun, saved.sun());
+    glm::dquat mount(1.0, 0.0, 0.0, 0.0);
+    if (!saved.mount_xyzw().empty()) {
+        const bool whole = saved.mount_xyzw_size() == 4;
+        mount = whole ? glm::dquat(saved.mount_xyzw(3), saved.mount_xyzw(0), saved.mount_xyzw(1), saved.mount_xyzw(2))
+                      : glm::dquat(0.0, 0.0, 0.0, 0.0);
+        const double length = glm::length(mount);
+        if (!(length > 1e-6) || !std::isfinite(length)) {
+            warn("the mount of " + what + " is not restored: it is no rotation");
+            return light.sun != had_sun;
+        }
+        mount /= length;
+    }
+    if (mount == light.world_from_mount) return light.sun != had_sun;
+    light.world_from_mount = mount;
+    light.world_from_light = mount * orientation_of({light.pan_rad, light.tilt_rad, light.roll_rad});
+    light.tilt_factor = tilt_factor_of(light);
+    return true;
 }
 
 void ShowRestorer::restore_names() {

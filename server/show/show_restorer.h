@@ -40,6 +40,10 @@ public:
     void fill(v1::SetLight& set, const saved::Light& light, const std::string& what);
     // As a light that is added.
     void add(Scene& scene, const saved::Light& light, const std::string& what);
+    // Whether a light that is none of the scene's file is a sun, and how a head is mounted. No command sets these: they
+    // come from scene files, and a show has them of lights that were kept when their file was replaced. Result: whether
+    // one of them is another than before.
+    bool restore_kind(Light& light, const saved::Light& saved, const std::string& what);
 
     void restore_technique();
     void restore_names();  // before anything names a light

@@ -2,17 +2,27 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <ctime>
+#include <filesystem>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include <spdlog/spdlog.h>
 
+#include "protocol/schema/undo_file.pb.h"
+#include "protocol/schema/upload_name.h"
 #include "server/base/bounded_file.h"
 #include "server/base/clock.h"
+#include "server/base/sha256.h"
+#include "server/scene/asset_files.h"
+#include "server/show/held_files.h"
 
 namespace gonio {
 
+namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 // Of this thread on a processor, since it began.
@@ -58,10 +68,10 @@ bool StateFile::close_within(std::chrono::milliseconds time) {
     return ended_.load();
 }
 
-void StateFile::put(Scene scene) {
+void StateFile::put(Scene scene, std::shared_ptr<const UndoRecord> undo) {
     if (kept_ == put_) unsaved_since_ = monotonic_ns();
     const std::uint64_t number = ++put_;
-    scenes_.put({std::move(scene), number});
+    scenes_.put({std::move(scene), number, std::move(undo)});
 }
 
 const StateFile::Told& StateFile::told() {
@@ -70,12 +80,103 @@ const StateFile::Told& StateFile::told() {
     return told_;
 }
 
+// Whether the scene's own file is where its name says.
+static bool is_lasting(const SceneAsset& asset) {
+    if (asset.name.starts_with(kUploadPrefix)) return false;
+    return std::ranges::none_of(fs::path(asset.files->folder),
+                                [](const fs::path& part) { return part.string().starts_with(".part-"); });
+}
+
+static std::string scene_file_of(const std::string& path, const saved::Show& show) {
+    return path + kSceneEnding + held_key(show).substr(0, 16);
+}
+
+// Writes the scene's files beside the show where that needs them, once a scene. Errors: of the disk.
+Result<bool> StateFile::keep_scene(const SceneAsset& asset, saved::Show& show) {
+    if (!asset.files || asset.files->files.empty()) return true;
+    if (scene_files_ == asset.files) {
+        if (scene_kept_) hold_files(asset, false, show);
+        return true;
+    }
+    saved::Show held;
+    if (!is_lasting(asset)) {
+        if (const std::string why = hold_files(asset, true, held); !why.empty())
+            spdlog::warn("state: '{}' will not be there after a restart: {}", asset.name, why);
+    }
+    if (!held.files().empty()) {
+        const std::string file = scene_file_of(path_, held);
+        const auto written = to_disk_(file, held.SerializeAsString());
+        if (!written) return written;
+        hand_on_permissions(file);
+        hold_files(asset, false, show);
+    }
+    scene_kept_ = !held.files().empty();
+    scene_files_ = asset.files;
+    return true;
+}
+
+// Whoever may not read the show may not read its scene or its past.
+void StateFile::hand_on_permissions(const std::string& file) const {
+    std::error_code failed;
+    if (fs::exists(path_, failed)) fs::permissions(file, fs::status(path_, failed).permissions(), failed);
+}
+
+// The same of a scene that undo goes back to, whose files may lie there from when it was shown.
+bool StateFile::keep_left(const SceneAsset& asset, saved::Show& show) const {
+    if (!asset.files || asset.files->files.empty() || is_lasting(asset)) return true;
+    if (!hold_files(asset, false, show).empty()) return false;
+    const std::string file = scene_file_of(path_, show);
+    std::error_code failed;
+    if (fs::exists(file, failed)) return true;
+    saved::Show held;
+    if (!hold_files(asset, true, held).empty() || !to_disk_(file, held.SerializeAsString())) return false;
+    hand_on_permissions(file);
+    return true;
+}
+
+// Before the state that it belongs to; it gets its name when that is on the disk.
+Result<bool> StateFile::write_undo(const Waiting& waiting, const std::string& json) {
+    const std::string bytes =
+        undo_.write(*waiting.undo, waiting.scene, sha256(json),
+                    [this](const SceneAsset& asset, saved::Show& show) { return keep_left(asset, show); });
+    const std::string next = path_ + kUndoNextEnding;
+    const auto written = to_disk_(next, bytes);
+    if (written) hand_on_permissions(next);
+    return written;
+}
+
+// Those of scenes that are neither shown nor come back by undo. A show that is kept aside may need them.
+void StateFile::drop_scenes(const saved::Show& show) {
+    std::set<std::string> keys{held_key(show)}, names;
+    for (const auto& left : undo_.lefts()) keys.insert(held_key(left->show()));
+    if (std::exchange(dropped_for_, keys) == keys) return;
+    const fs::path own(path_);
+    const std::string begin = own.filename().string() + kSceneEnding, aside = own.filename().string() + ".aside";
+    for (const std::string& key : keys)
+        if (!key.empty()) names.insert(begin + key.substr(0, 16));
+    std::vector<fs::path> others;
+    std::error_code failed;
+    const fs::path folder = own.parent_path().empty() ? fs::path(".") : own.parent_path();
+    for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end; entry.increment(failed)) {
+        const std::string name = entry->path().filename().string();
+        if (name.starts_with(aside)) return;
+        if (name.starts_with(begin) && !names.contains(name)) others.push_back(entry->path());
+    }
+    for (const fs::path& other : others) fs::remove(other, failed);
+}
+
 // Result: whether it is on the disk.
 bool StateFile::save(const Waiting& waiting, std::int64_t taken_ns, bool complete) {
     saved::Show show = show_of(waiting.scene, texts_);
     show.set_complete(complete);
-    const Result<bool> written = write(write_show(show));
-    const std::string error = written ? "" : written.error().text();
+    const Result<bool> kept = keep_scene(*waiting.scene.asset, show);
+    const std::string json = write_show(show);
+    const Result<bool> past = waiting.undo && !json.empty() ? write_undo(waiting, json) : true;
+    const Result<bool> written = write(json);  // there may be room for it alone
+    const std::string error = !written ? written.error().text()
+                              : !kept  ? kept.error().text()
+                              : !past  ? past.error().text()
+                                       : "";
     if (!error.empty() && saving_.error.empty())
         spdlog::warn("state: not saved: {}; it is tried again", error);
     else if (error.empty() && !saving_.error.empty())
@@ -85,9 +186,13 @@ bool StateFile::save(const Waiting& waiting, std::int64_t taken_ns, bool complet
         ++saving_.saves;
         unsaved_since_ = taken_ns;  // of what came later
         kept_ = waiting.number;
+        std::error_code failed;
+        if (waiting.undo && past) fs::rename(path_ + kUndoNextEnding, path_ + kUndoEnding, failed);
+        if (!past) fs::remove(path_ + kUndoNextEnding, failed);
+        drop_scenes(show);
     }
     news_.put(saving_);
-    return static_cast<bool>(written);
+    return kept && written && past;
 }
 
 void StateFile::work() {
@@ -119,12 +224,31 @@ void StateFile::work() {
     ended_.notify_all();
 }
 
-std::optional<saved::Show> read_state_file(const std::string& path) {
+void find_scene(const std::string& path, saved::Show& show) {
+    if (show.files().empty() || !show.files(0).content().empty()) return;  // a show that was saved has them
+    const std::string file = scene_file_of(path, show);
+    const auto bytes = read_bounded_file(file, kMostHeldBytes + kMaxHeldNames);
+    saved::Show held;
+    if (bytes && held.ParseFromString(*bytes) && held_key(held) == held_key(show)) {
+        *show.mutable_files() = std::move(*held.mutable_files());
+        return;
+    }
+    spdlog::warn("state: the files of the scene '{}' cannot be read from {}", show.scene(), file);
+    show.clear_files();
+}
+
+std::optional<saved::Show> read_state_file(const std::string& path, std::string* sha256_of_it) {
     struct stat status {};
     if (::stat(path.c_str(), &status) != 0 && errno == ENOENT) return std::nullopt;
     Result<saved::Show> show = Error{"file_unreadable", "", path, "It cannot be read."};
-    if (const auto text = read_bounded_file(path, kMaxSavedBytes)) show = read_show(*text);
-    if (show) return std::move(*show);
+    if (const auto text = read_bounded_file(path, kMaxSavedBytes)) {
+        show = read_show(*text);
+        if (sha256_of_it != nullptr) *sha256_of_it = sha256(*text);
+    }
+    if (show) {
+        find_scene(path, *show);
+        return std::move(*show);
+    }
     const Error& error = show.error();
     if (error.code == "file_unreadable") throw std::invalid_argument(error.text());
     const auto aside = set_file_aside(path, error.code == "unsupported" ? ".aside" : ".bad");

@@ -5,13 +5,16 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 
 #include "server/base/atomic_file.h"
 #include "server/base/queue.h"
 #include "server/show/saved_show.h"
+#include "server/show/undo_file.h"
 
 namespace gonio {
 
@@ -20,6 +23,10 @@ namespace gonio {
 // two writes.
 inline constexpr std::chrono::milliseconds kSaveInterval{1000}, kMostSaveRest{10'000};
 inline constexpr std::chrono::milliseconds kSaveRetry{5000};  // after a failure, unless a change comes first
+
+// An upload, or the scene of a show that held it, is not on the disk under its name. Its files lie beside PATH in
+// PATH.scene-KEY (held_key). They are written once, when the scene comes, and removed when another one is saved.
+inline constexpr const char* kSceneEnding = ".scene-";
 
 // Keeps PATH up to date. A write may fail: a full disk, a folder without rights, a show that is too large to be read
 // again. The failure is said in the log once, and the write is tried again. The old file stays and the show goes on.
@@ -40,8 +47,9 @@ public:
     StateFile(const StateFile&) = delete;
     StateFile& operator=(const StateFile&) = delete;
 
-    // The scene has changed. Render thread; does not wait for the disk.
-    void put(Scene scene);
+    // The scene has changed. undo: what can be undone in it; null: nothing of that is kept. Render thread; does not
+    // wait for the disk.
+    void put(Scene scene, std::shared_ptr<const UndoRecord> undo = nullptr);
     // How it goes. Render thread.
     const Told& told();
     // Writes what is not on disk yet, now, and marks the show as complete; then nothing is written any more. Any
@@ -54,9 +62,15 @@ private:
     struct Waiting {
         Scene scene;
         std::uint64_t number;
+        std::shared_ptr<const UndoRecord> undo;
     };
     void work();
     bool save(const Waiting& waiting, std::int64_t taken_ns, bool complete);
+    Result<bool> keep_scene(const SceneAsset& asset, saved::Show& show);
+    bool keep_left(const SceneAsset& asset, saved::Show& show) const;
+    void hand_on_permissions(const std::string& file) const;
+    Result<bool> write_undo(const Waiting& waiting, const std::string& json);
+    void drop_scenes(const saved::Show& show);
     Result<bool> write(const std::string& json) const;
 
     std::string path_;
@@ -71,6 +85,11 @@ private:
     std::atomic<std::uint64_t> put_{0}, kept_{0};
     std::atomic<std::int64_t> unsaved_since_{0};
     ProfileTexts texts_;
+    // Of the scene that the disk has beside the show, or needs not; null: of none yet.
+    std::shared_ptr<const AssetFiles> scene_files_;
+    bool scene_kept_ = false;                        // its files lie beside the show
+    std::set<std::string> dropped_for_{"at first"};  // held_key() of the shows when those of others were removed
+    UndoFileWriter undo_;
     std::atomic<bool> ended_{false};
     std::thread thread_;
 };
@@ -78,6 +97,11 @@ private:
 // What is in a state file. Result: nothing where there is no file yet. A file that cannot be used is renamed to
 // PATH.bad, one of a later version to PATH.aside; both are said in the log. Throws std::invalid_argument where a file
 // is there that can neither be read nor renamed: it would be lost.
-std::optional<saved::Show> read_state_file(const std::string& path);
+// sha256_of_it: gets the hash of its bytes.
+std::optional<saved::Show> read_state_file(const std::string& path, std::string* sha256_of_it = nullptr);
+
+// Puts the scene's files into the show that names them, from beside the state file. Where they are not there the scene
+// is sought by its name.
+void find_scene(const std::string& path, saved::Show& show);
 
 }  // namespace gonio

@@ -37,7 +37,7 @@ public:
             std::vector<MidiMessage> messages;
             const std::size_t bad = stream_.take({buffer, static_cast<std::size_t>(count)}, messages);
             events_.midi(messages, bad, monotonic_ns());
-            if (const auto time = stream_.take_time()) events_.timecode(*time, monotonic_ns());
+            if (MidiNews news = stream_.take_news(); !news.empty()) events_.system(std::move(news), monotonic_ns());
         }
         flush();
         pollfd state{port_.fd(), 0, 0};

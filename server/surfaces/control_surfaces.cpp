@@ -123,7 +123,7 @@ private:
         now_ns = monotonic_ns();
         for (Connection& connection : connections_) connection.surface->tick(now_ns, pending_);
         const bool news = !pending_.controls.empty() || !pending_.attached.empty();
-        if (news || pending_.timecode) send_updates();
+        if (news || pending_.timecode || !pending_.cues.empty()) send_updates();
         table_stale_ = table_stale_ || news;
         if (table_stale_ && (now_ns - tabled_ns_ >= kTableEvery_ns || roster_changed_)) send_table(now_ns);
     }
@@ -224,8 +224,9 @@ private:
                                                table_stale_ = true;
                                            },
                                            [&connection](std::string why) { connection.gone = std::move(why); },
-                                           [this](const Timecode& timecode, std::int64_t t_ns) {
-                                               pending_.timecode = std::pair(timecode, t_ns);
+                                           [this, &connection](MidiNews news, std::int64_t t_ns) {
+                                               connection.surface->take_system(std::move(news), t_ns, pending_);
+                                               table_stale_ = true;
                                            }});
         if (!wire) {
             connections_.pop_back();

@@ -74,7 +74,7 @@ public:
             std::vector<MidiMessage> messages;
             const std::size_t skipped = stream_.take(line.bytes, messages);
             events_.midi(messages, skipped, due_ns());
-            if (const auto time = stream_.take_time()) events_.timecode(*time, due_ns());
+            if (MidiNews news = stream_.take_news(); !news.empty()) events_.system(std::move(news), due_ns());
         }
     }
 

@@ -6,6 +6,8 @@ namespace gonio {
 
 void SurfaceUpdates::add(SurfaceUpdates later) {
     if (later.timecode) timecode = later.timecode;
+    for (std::string& cue : later.cues)
+        if (cues.size() < kMaxMidiCues) cues.push_back(std::move(cue));
     for (std::string& device : later.attached) {
         std::erase_if(controls, [&](const auto& one) { return one.first.first == device; });
         attached.push_back(std::move(device));
@@ -85,9 +87,10 @@ void SurfaceConnection::take_midi(std::span<const MidiMessage> messages, std::si
                                   SurfaceUpdates& updates) {
     auto* codec = std::get_if<MidiSurface>(&codec_);
     if (codec == nullptr) return;
-    ignored_ += static_cast<std::uint32_t>(bad);
+    count_ignored(ignored_, "bytes of no message", static_cast<std::uint32_t>(bad));
     std::vector<ControlEvent> events;
-    for (const MidiMessage& message : messages) ignored_ += codec->take(message, t_ns, events) ? 0 : 1;
+    for (const MidiMessage& message : messages)
+        if (!codec->take(message, t_ns, events)) count_ignored(ignored_, "controls beyond 1,024");
     put(events, t_ns, updates);
 }
 
@@ -95,8 +98,16 @@ void SurfaceConnection::take_report(Bytes report, std::int64_t t_ns, SurfaceUpda
     auto* codec = std::get_if<HidSurface>(&codec_);
     if (codec == nullptr) return;
     std::vector<ControlEvent> events;
-    if (!codec->take(report, events)) ++ignored_;
+    if (!codec->take(report, events)) count_ignored(ignored_, "reports of another kind or length");
     put(events, t_ns, updates);
+}
+
+void SurfaceConnection::take_system(MidiNews news, std::int64_t t_ns, SurfaceUpdates& updates) {
+    if (news.timecode) updates.timecode = std::pair(*news.timecode, t_ns);
+    events_ += static_cast<std::uint32_t>(news.cues.size());
+    for (const auto& [kind, count] : news.ignored) count_ignored(ignored_, kind, count);
+    for (std::string& cue : news.cues)
+        if (updates.cues.size() < kMaxMidiCues) updates.cues.push_back(std::move(cue));
 }
 
 void SurfaceConnection::want(const std::map<std::string, double>& values) {
@@ -141,7 +152,14 @@ std::int64_t SurfaceConnection::due_ns(std::int64_t now_ns) const {
 void SurfaceConnection::describe(v1::SurfaceDevice& row) const {
     row.set_profile(profile_.name);
     row.set_events(events_);
-    row.set_ignored(ignored_);
+    std::uint32_t ignored = 0;
+    for (const auto& [kind, count] : ignored_) {
+        ignored += count;
+        v1::IgnoredMessages& told = *row.add_not_understood();
+        told.set_kind(kind);
+        told.set_count(count);
+    }
+    row.set_ignored(ignored);
     const std::vector<ControlSpec>& specs = controls();
     for (std::size_t i = 0; i < specs.size(); ++i) {
         v1::SurfaceControl& control = *row.add_controls();

@@ -24,6 +24,7 @@ struct SurfaceUpdates {
     };
     std::map<std::pair<std::string, std::string>, Heard> controls;  // by device and control
     std::optional<std::pair<Timecode, std::int64_t>> timecode;      // the newest, and when it came, monotonic
+    std::vector<std::string> cues;      // of MIDI Show Control: "go" or a number, in their order, kMaxMidiCues at most
     std::vector<std::string> attached;  // devices that came: their controls are to be picked up
     // What came after these: of each control the newest value, all clicks and presses, and the time of the first. What
     // a device said before it came anew is gone.
@@ -45,6 +46,7 @@ public:
     // What came over the wire; adds to the latest updates.
     void take_midi(std::span<const MidiMessage> messages, std::size_t bad, std::int64_t t_ns, SurfaceUpdates& updates);
     void take_report(Bytes report, std::int64_t t_ns, SurfaceUpdates& updates);
+    void take_system(MidiNews news, std::int64_t t_ns, SurfaceUpdates& updates);
     // What the controls shall show, 0..1, by name.
     void want(const std::map<std::string, double>& values);
     // Sends what is due; adds a movement that had waited for its other half.
@@ -63,7 +65,8 @@ private:
     std::unique_ptr<Wire> wire_;
     std::map<std::string, double> wanted_;
     std::size_t painted_controls_ = 0;  // how many controls there were when wanted_ was given to the painter
-    std::uint32_t events_ = 0, ignored_ = 0;
+    std::uint32_t events_ = 0;
+    IgnoredKinds ignored_;
     std::vector<std::optional<double>> heard_;  // of each control; of relative ones the sum
 };
 

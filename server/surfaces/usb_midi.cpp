@@ -155,10 +155,10 @@ private:
         if (transfer->status == LIBUSB_TRANSFER_COMPLETED && transfer->actual_length > 0 && !wire.closing_) {
             std::vector<MidiMessage> messages;
             const std::size_t bad = read_usb_midi({transfer->buffer, static_cast<std::size_t>(transfer->actual_length)},
-                                                  messages, &wire.time_);
+                                                  messages, &wire.system_);
             wire.events_.midi(messages, bad, monotonic_ns());
-            if (const auto time = std::exchange(wire.time_.newest, std::nullopt))
-                wire.events_.timecode(*time, monotonic_ns());
+            if (MidiNews news = wire.system_.take_news(); !news.empty())
+                wire.events_.system(std::move(news), monotonic_ns());
         }
         if (transfer->status == LIBUSB_TRANSFER_STALL && !wire.closing_)
             again = libusb_clear_halt(wire.handle_, transfer->endpoint) == 0;
@@ -206,7 +206,7 @@ private:
     libusb_context* context_;
     libusb_device_handle* handle_;
     UsbMidiEndpoints endpoints_;
-    MidiTime time_;
+    MidiSystem system_;
     WireEvents events_;
     std::list<UsbMidiWire*>& wires_;
     std::array<libusb_transfer*, kTransfers> transfers_{};

@@ -36,7 +36,7 @@ struct WireEvents {
     std::function<void(std::span<const MidiMessage> messages, std::size_t bad, std::int64_t t_ns)> midi;
     std::function<void(Bytes report, std::int64_t t_ns)> report;
     std::function<void(std::string why)> gone;  // once; the wire is then to be destroyed, but not from within this call
-    std::function<void(const Timecode& timecode, std::int64_t t_ns)> timecode;  // of MIDI
+    std::function<void(MidiNews news, std::int64_t t_ns)> system;  // what MIDI says beside its channels
 };
 
 class Wire {

@@ -71,6 +71,13 @@ Luminaire luminaire_of(const Light& light, const Geometry& geometry) {
     return luminaire;
 }
 
+void take_directions(Luminaire& luminaire) {
+    auto tables = shared_tables_of(*luminaire.profile);
+    luminaire.directions = &tables->directions;
+    luminaire.beam_cos = tables->beam_cos;
+    luminaire.profile = with_tables(std::move(luminaire.profile), std::move(tables));
+}
+
 std::vector<Luminaire> luminaires_of(const Scene& scene, const Geometry& geometry) {
     std::vector<Luminaire> result;
     for (const Light& light : scene.lights) {
@@ -82,8 +89,7 @@ std::vector<Luminaire> luminaires_of(const Scene& scene, const Geometry& geometr
                                    : light.shining()->flux_lm;  // for a weight of 1
         luminaire.power = static_cast<float>(luminance(glm::dvec3(luminaire.weight)) * flux_lm);
         if (!(luminaire.power > 0.0f)) continue;
-        luminaire.directions = &tables_of(*light.shining()).directions;
-        luminaire.beam_cos = tables_of(*light.shining()).beam_cos;
+        take_directions(luminaire);
         if (!luminaire.directions->dark()) result.push_back(std::move(luminaire));
     }
     return result;

@@ -24,8 +24,8 @@ struct Luminaire {
     std::uint32_t light = 0;   // Light::id
     glm::dvec3 position{0.0};  // local, m
     glm::dmat3 world_from_light{1.0};
-    glm::vec3 weight{0.0f};  // level, multiplier, colour, TILT factor and master, per channel
-    std::shared_ptr<const Profile> profile;
+    glm::vec3 weight{0.0f};                      // level, multiplier, colour, TILT factor and master, per channel
+    std::shared_ptr<const Profile> profile;      // with its tables, where it has directions
     const DirectionTable* directions = nullptr;  // of the profile
     float beam_cos = -1.0f;                      // LightTables::beam_cos
     ies::Opening opening;                        // shape point: a point
@@ -50,6 +50,8 @@ struct Luminaire {
 
 // Result: where a light stands and what it shines from; no weight and no power yet, no directions.
 Luminaire luminaire_of(const Light& light, const Geometry& geometry);
+// Gives it the directions and the beam of its profile.
+void take_directions(Luminaire& luminaire);
 // The luminaires of a scene. Lights at weight 0 are left out.
 std::vector<Luminaire> luminaires_of(const Scene& scene, const Geometry& geometry);
 

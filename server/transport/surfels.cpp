@@ -21,7 +21,7 @@ constexpr float kNear = 1.3f, kReach = 2.5f;  // radii within which surfels are 
 constexpr int kCandidates = 6;                // tried for each surfel that is wanted
 constexpr float kDartRadius = 0.74f;          // of the square root of a surfel's share of the area
 // Near a source they lie apart by this share of the distance to it, but no closer together than kClosest radii.
-constexpr float kNearShare = 0.18f, kClosest = 0.08f;
+constexpr float kNearShare = 0.14f, kClosest = 0.08f;
 constexpr double kMostNear = 0.05;       // surfels that crowding adds at most, of all
 constexpr std::size_t kMostFound = 512;  // surfels that one search lists
 constexpr int kPaths = 60'000, kPathLength = 8;

@@ -60,6 +60,14 @@ void add_seeds(const trace::World& world, std::vector<glm::vec3>& seeds) {
     }
 }
 
+// Result: the least number of links, no less than these, that a transport is published with. Whoever waited for another
+// number would wait for ever.
+unsigned published_links(unsigned links) {
+    for (const unsigned generation : kGenerations)
+        if (links <= generation) return generation;
+    return kMostLinks;
+}
+
 }  // namespace
 
 std::size_t Transport::bytes() const {
@@ -80,7 +88,7 @@ std::size_t Transport::bytes() const {
 
 Builder::Builder(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
                  const SurfelSettings& settings, unsigned links, bool beside, bool cells)
-    : wanted_(links),
+    : wanted_(published_links(links)),
       thread_([this, geometry = std::move(geometry), seeds = std::move(seeds), settings, beside, cells]() mutable {
           make(std::move(geometry), std::move(seeds), settings, beside, cells);
           made_ = ~0u;  // all there can be
@@ -95,6 +103,7 @@ Builder::~Builder() {
 }
 
 void Builder::want(unsigned links) {
+    links = published_links(links);
     if (links <= wanted_) return;
     wanted_ = links;
     wanted_.notify_all();

@@ -34,9 +34,10 @@ struct Transport {
 // the render thread.
 class Builder {
 public:
-    // The seeds are local positions of luminaires and eyes. Each surfel has so many links, no generation beyond until
-    // more are wanted. With beside, it runs at a quarter of the weight of what else is busy (frames), after the first
-    // links at a tenth. With cells, Transport::cells is asked for.
+    // The seeds are local positions of luminaires and eyes. Each surfel has so many links, or those of the next
+    // generation that is published, and none beyond until more are wanted. With beside, it runs at a quarter of the
+    // weight of what else is busy (frames), after the first links at a tenth. With cells, Transport::cells is asked
+    // for.
     Builder(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
             const SurfelSettings& settings, unsigned links, bool beside, bool cells);
     ~Builder();

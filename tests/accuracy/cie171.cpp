@@ -3,13 +3,14 @@
 #include <cstdio>
 #include <numbers>
 
+#include "ies/web.h"
 #include "tests/accuracy/closed_forms.h"
 #include "tests/accuracy/pieces.h"
 
 namespace gonio::accuracy {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using ies::kPi;
 const glm::dvec3 kUp = cie(0, 0, 1), kDown = cie(0, 0, -1), kAlongY = cie(0, 1, 0);
 
 std::string text(const char* format, double value) {

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "ies/web.h"
 
 namespace gonio::accuracy {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using ies::kPi;
 
 // Element under a corner of an a x b rectangle.
 double parallel_corner(double a, double b, double c) {

@@ -3,14 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
+#include "ies/web.h"
 #include "tests/accuracy/closed_forms.h"
 
 namespace gonio::accuracy {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using ies::kPi;
 
 // Midpoint rule over the rectangle: cos cos / (pi d²).
 TEST(ClosedForms, ConfigurationFactorsAreTheIntegralTheyStandFor) {

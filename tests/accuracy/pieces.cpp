@@ -1,13 +1,14 @@
 #include "tests/accuracy/pieces.h"
 
 #include <cmath>
-#include <numbers>
 #include <utility>
+
+#include "ies/web.h"
 
 namespace gonio::accuracy {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using ies::kPi;
 
 // Nodes and weights on 0..1, by Newton's method on the Legendre polynomial P_n.
 std::vector<std::pair<double, double>> gauss_legendre(int n) {

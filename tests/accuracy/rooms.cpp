@@ -1,14 +1,14 @@
 // Light between surfaces that is known in closed form: sphere, furnace, parallel plates.
 #include <cmath>
-#include <numbers>
 
+#include "ies/web.h"
 #include "server/assets/assets.h"
 #include "tests/accuracy/pieces.h"
 
 namespace gonio::accuracy {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using ies::kPi;
 
 // Inside a diffuse sphere a bounce is uniform wherever the luminaire stands: rho Phi / (4 pi R²), and all bounces
 // together 1 / (1 - rho) times that.

@@ -1,9 +1,9 @@
 // Direct light of luminaires and emissive surfaces whose law is known.
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <stdexcept>
 
+#include "ies/web.h"
 #include "server/assets/assets.h"
 #include "tests/accuracy/closed_forms.h"
 #include "tests/accuracy/pieces.h"
@@ -11,7 +11,7 @@
 namespace gonio::accuracy {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using ies::kPi;
 constexpr const char* kNoEmitters = "emissive surfaces light nothing in rsm";
 
 Figure below(const std::string& name, double expected) {

@@ -124,7 +124,7 @@ std::vector<float> finished(const Baked& baked, const std::vector<float>& values
     return picture;
 }
 
-struct Row {
+struct BakeRow {
     std::string scene;
     Baked baked;
     Errors maps, live;
@@ -133,9 +133,9 @@ struct Row {
 };
 
 // Luminaires as points, as the live transport has them.
-Row compare(const gl::Context& context, const std::string& name, const BakeBenchOptions& options,
-            std::ostream& progress) {
-    Row row;
+BakeRow compare(const gl::Context& context, const std::string& name, const BakeBenchOptions& options,
+                std::ostream& progress) {
+    BakeRow row;
     row.scene = name;
     Scene scene = scene_of(bench_asset(name));
     scene.width_px = options.width_px, scene.height_px = options.height_px;
@@ -319,7 +319,7 @@ void run_bake(const BakeBenchOptions& options, std::ostream& out, std::ostream& 
     document["renderer"] = context->renderer();
     char line[320];
     for (const std::string& name : scenes) {
-        const Row row = compare(*context, name, options, progress);
+        const BakeRow row = compare(*context, name, options, progress);
         const Baked& baked = row.baked;
         document["rows"].push_back({{"scene", name},
                                     {"side", options.side},

@@ -23,15 +23,15 @@ struct Setting {
 constexpr Setting kSettings[] = {
     {Technique::seed, 400}, {Technique::seed, 100}, {Technique::seed_disk, 400}, {Technique::standard, kDefaultVpls}};
 
-struct Row {
+struct FrameRow {
     std::string scene, technique;
     std::size_t triangles = 0;
     unsigned samples = 0;
     bench::FrameTimes times;
 };
 
-Row measure(Renderer& renderer, LaneEncoders& encoder, const Setting& setting, const FramesOptions& options,
-            const std::shared_ptr<const SceneAsset>& asset) {
+FrameRow measure(Renderer& renderer, LaneEncoders& encoder, const Setting& setting, const FramesOptions& options,
+                 const std::shared_ptr<const SceneAsset>& asset) {
     Scene scene = scene_of(asset);
     scene.width_px = options.width_px & ~1;
     scene.height_px = options.height_px & ~1;
@@ -47,9 +47,9 @@ double mean(const std::vector<double>& values) {
     return sum / static_cast<double>(values.size());
 }
 
-void print_table(const std::vector<Row>& rows, std::ostream& out) {
+void print_table(const std::vector<FrameRow>& rows, std::ostream& out) {
     std::string scene;
-    for (const Row& row : rows) {
+    for (const FrameRow& row : rows) {
         if (row.scene != scene) {
             scene = row.scene;
             out << "\n"
@@ -64,12 +64,12 @@ void print_table(const std::vector<Row>& rows, std::ostream& out) {
     }
 }
 
-void print_json(const std::vector<Row>& rows, const std::string& renderer, const FramesOptions& options,
+void print_json(const std::vector<FrameRow>& rows, const std::string& renderer, const FramesOptions& options,
                 std::ostream& out) {
     nlohmann::json json = {{"renderer", renderer},
                            {"size", {options.width_px, options.height_px}},
                            {"threads", std::thread::hardware_concurrency()}};
-    for (const Row& row : rows) {
+    for (const FrameRow& row : rows) {
         json["rows"].push_back({{"scene", row.scene},
                                 {"triangles", row.triangles},
                                 {"technique", row.technique},
@@ -90,7 +90,7 @@ void print_json(const std::vector<Row>& rows, const std::string& renderer, const
 void run_frames(const FramesOptions& options, std::ostream& out) {
     const auto context = gl::Context::create({options.device, false});
     const auto encoder = bench::make_idle_encoder();
-    std::vector<Row> rows;
+    std::vector<FrameRow> rows;
     std::vector<std::string> names = {"cornell", "atrium"};
     if (!options.scene.empty()) names = {options.scene};
     for (const std::string& name : names) {

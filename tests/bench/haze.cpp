@@ -36,7 +36,7 @@ struct Compared : Errors {
     double rmse_beside = 0.0;
 };
 
-struct Row {
+struct HazeRow {
     std::string scene;
     std::size_t lights = 0;
     Compared moving, resting;
@@ -147,9 +147,9 @@ Scene scene_named(const std::string& name) {
     return scene;
 }
 
-Row measure(const gl::Context& context, const std::string& name, const HazeBenchOptions& options,
-            std::ostream& progress) {
-    Row row;
+HazeRow measure(const gl::Context& context, const std::string& name, const HazeBenchOptions& options,
+                std::ostream& progress) {
+    HazeRow row;
     row.scene = name;
     Scene scene = scene_named(name);
     scene.width_px = scene.height_px = kSide_px;
@@ -222,7 +222,7 @@ void run_haze(const HazeBenchOptions& options, std::ostream& out, std::ostream& 
                "scene    lights  relative  rmse  beside  rmse99    bias   moving   bias   noise | bands 2-4  4-8  8-16 "
                " 16-32  32-64  64- px | flicker rms  p99\n";
     for (const std::string& name : scenes) {
-        const Row row = measure(*context, name, options, progress);
+        const HazeRow row = measure(*context, name, options, progress);
         document["rows"].push_back({{"scene", row.scene},
                                     {"lights", row.lights},
                                     {"relative", row.resting.relative},

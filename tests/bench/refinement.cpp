@@ -16,14 +16,15 @@
 namespace gonio::bench {
 namespace {
 
-struct Row {
+struct RefinementRow {
     std::string scene;
     double seconds = 0.0;  // spent refining
     unsigned rounds = 0;
     Errors errors;
 };
 
-void measure(const gl::Context& context, const Case& which, const Reference& reference, std::vector<Row>& rows) {
+void measure(const gl::Context& context, const Case& which, const Reference& reference,
+             std::vector<RefinementRow>& rows) {
     const Scene scene = scene_of_case(which);
     Renderer renderer(context);
     renderer.set_links(transport::kMostLinks);
@@ -54,7 +55,7 @@ void measure(const gl::Context& context, const Case& which, const Reference& ref
 
 void run_refinement(const RefinementOptions& options, std::ostream& out, std::ostream& progress) {
     const auto context = gl::Context::create({options.device, false});
-    std::vector<Row> rows;
+    std::vector<RefinementRow> rows;
     for (const char* scene : {"cornell", "atrium", "corridor"}) {
         if (!options.scene.empty() && options.scene != scene) continue;
         const Case which{scene, options.profile};
@@ -65,7 +66,7 @@ void run_refinement(const RefinementOptions& options, std::ostream& out, std::os
     if (rows.empty()) throw std::runtime_error("no scene is left: see gonio-bench refinement --help");
     if (options.json) {
         nlohmann::json json = {{"renderer", context->renderer()}};
-        for (const Row& row : rows)
+        for (const RefinementRow& row : rows)
             json["rows"].push_back({{"scene", row.scene},
                                     {"seconds", row.seconds},
                                     {"rounds", row.rounds},
@@ -77,7 +78,7 @@ void run_refinement(const RefinementOptions& options, std::ostream& out, std::os
         return;
     }
     out << "scene      seconds  rounds   rmse  rmse99   p95    bias\n" << std::fixed;
-    for (const Row& row : rows)
+    for (const RefinementRow& row : rows)
         out << std::left << std::setw(9) << row.scene << std::right << std::setprecision(2) << std::setw(9)
             << row.seconds << std::setw(8) << row.rounds << std::setprecision(3) << std::setw(8) << row.errors.rmse
             << std::setw(7) << row.errors.rmse99 << std::setw(7) << row.errors.p95 << std::setw(8) << row.errors.bias

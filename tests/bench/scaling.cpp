@@ -67,12 +67,12 @@ Timed measure(Renderer& renderer, Scene scene, double seconds, int least_frames)
     return {bench::median(frames), passes.medians()};
 }
 
-struct Row {
+struct ScalingRow {
     Case which;
     std::size_t triangles = 0;
     Timed timed;
 };
-Row measure_case(const gl::Context& context, const Case& which, double seconds) {
+ScalingRow measure_case(const gl::Context& context, const Case& which, double seconds) {
     const auto asset = asset_of(which);
     Scene scene = scene_of(asset);
     scene.width_px = scene.height_px = which.side_px;
@@ -140,7 +140,7 @@ std::vector<double> measure_efforts(const gl::Context& context, double seconds) 
 }
 
 struct Results {
-    std::vector<Row> rows;
+    std::vector<ScalingRow> rows;
     std::vector<RsmRow> rsm;
     std::vector<double> efforts_ms;
 };
@@ -151,7 +151,7 @@ void print_table(const Results& results, std::ostream& out) {
     out << "\n|---|---|---|---|";
     for (std::size_t i = 0; i < std::size(kPasses); ++i) out << "---|";
     out << "\n" << std::fixed << std::setprecision(1);
-    for (const Row& row : results.rows) {
+    for (const ScalingRow& row : results.rows) {
         out << "| " << row.which.scene << " | " << row.triangles << " | " << row.which.side_px << "² | "
             << row.timed.frame_ms << " |";
         for (const char* pass : kPasses) out << " " << row.timed.pass(pass) << " |";
@@ -187,7 +187,7 @@ void print_json(const Results& results, const std::string& renderer, std::ostrea
                                    {"links", std::min(effort.links, transport::kMostLinks)},
                                    {"own_points", effort.own_points}});
     }
-    for (const Row& row : results.rows) {
+    for (const ScalingRow& row : results.rows) {
         json["rows"].push_back({{"scene", row.which.scene},
                                 {"splits", row.which.splits},
                                 {"triangles", row.triangles},

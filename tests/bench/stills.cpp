@@ -90,13 +90,13 @@ void write_ppm(const std::string& folder, const std::string& name, const Picture
     }
 }
 
-struct Row {
+struct StillRow {
     std::string scene;
     double one = 0.0, all = 0.0, halves = 0.0;    // FLIP
     double one_seconds = 0.0, all_seconds = 0.0;  // of a second capture each
 };
 
-Row measure(const gl::Context& context, const std::string& name, const StillsOptions& options) {
+StillRow measure(const gl::Context& context, const std::string& name, const StillsOptions& options) {
     Scene scene = scene_of_case({name, "wide"});
     scene.width_px = options.width_px, scene.height_px = options.height_px;
     const std::vector<float> a = half_of(options, name, scene, 0), b = half_of(options, name, scene, 1);
@@ -105,7 +105,7 @@ Row measure(const gl::Context& context, const std::string& name, const StillsOpt
     const Picture truth = shown(mean, scene);
     Renderer renderer(context);
     renderer.set_links(transport::kMostLinks);
-    Row row{name};
+    StillRow row{name};
     const auto capture = [&](unsigned samples, double& seconds) {
         std::shared_ptr<const CapturedPicture> still;
         for (int i = 0; i < 2; ++i) {  // the first compiles shaders and makes links
@@ -130,7 +130,7 @@ Row measure(const gl::Context& context, const std::string& name, const StillsOpt
 
 void run_stills(const StillsOptions& options, std::ostream& out, std::ostream& progress) {
     const auto context = gl::Context::create({options.device, false});
-    std::vector<Row> rows;
+    std::vector<StillRow> rows;
     for (const char* scene : {"cornell", "atrium"}) {
         if (!options.scene.empty() && options.scene != scene) continue;
         progress << scene << "\n";
@@ -139,7 +139,7 @@ void run_stills(const StillsOptions& options, std::ostream& out, std::ostream& p
     if (rows.empty()) throw std::runtime_error("no scene is left: see gonio-bench stills --help");
     if (options.json) {
         nlohmann::json json = {{"renderer", context->renderer()}, {"samples", options.samples}};
-        for (const Row& row : rows)
+        for (const StillRow& row : rows)
             json["rows"].push_back({{"scene", row.scene},
                                     {"flip_one_sample", row.one},
                                     {"flip", row.all},
@@ -150,7 +150,7 @@ void run_stills(const StillsOptions& options, std::ostream& out, std::ostream& p
         return;
     }
     out << "FLIP     1 sample  16 samples  halves   seconds: 1 sample  16 samples\n" << std::fixed;
-    for (const Row& row : rows)
+    for (const StillRow& row : rows)
         out << std::left << std::setw(9) << row.scene << std::right << std::setprecision(4) << std::setw(8) << row.one
             << std::setw(12) << row.all << std::setw(8) << row.halves << std::setprecision(2) << std::setw(20)
             << row.one_seconds << std::setw(12) << row.all_seconds << "\n";

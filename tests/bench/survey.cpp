@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "server/assets/assets.h"
+#include "server/exchange/import_mvr.h"
 #include "server/render/renderer.h"
 #include "server/trace/sampler.h"
 #include "server/trace/sources.h"
@@ -38,7 +39,7 @@ struct Pick {
     double off_lx() const { return shown_lx - truth_lx; }
 };
 
-struct Row {
+struct SurveyRow {
     std::string name;
     std::string refused;  // why the file could not be read
     std::vector<Pick> picks;
@@ -185,7 +186,7 @@ void refer(const Scene& scene, std::vector<Pick>& picks, const SurveyOptions& op
     fs::rename(unfinished, path);
 }
 
-void judge(Row& row) {
+void judge(SurveyRow& row) {
     const double count = static_cast<double>(std::max<std::size_t>(row.picks.size(), 1));
     for (const Pick& pick : row.picks) row.mean_lx += pick.truth_lx / count;
     if (!(row.mean_lx > 0.0)) return;
@@ -209,8 +210,8 @@ void judge(Row& row) {
     row.bias = sum / row.mean_lx;
 }
 
-Row survey(Renderer& renderer, const std::string& name, Scene scene, const SurveyOptions& options) {
-    Row row;
+SurveyRow survey(Renderer& renderer, const std::string& name, Scene scene, const SurveyOptions& options) {
+    SurveyRow row;
     row.name = name;
     test::renew(scene);
     row.picks = pick_points(scene, *trace::geometry_of(scene), options.picks);
@@ -249,11 +250,11 @@ struct Summary {
     double median_stated = 0.0, median_true = 0.0;
 };
 
-Summary summary_of(const std::vector<Row>& rows) {
+Summary summary_of(const std::vector<SurveyRow>& rows) {
     Summary summary;
     std::vector<double> rms, stated, off;
     unsigned within = 0;
-    for (const Row& row : rows) {
+    for (const SurveyRow& row : rows) {
         if (!row.refused.empty() || !(row.mean_lx > 0.0)) continue;
         ++summary.scenes;
         summary.points += row.picks.size();
@@ -272,7 +273,7 @@ Summary summary_of(const std::vector<Row>& rows) {
     return summary;
 }
 
-void print(const Row& row, std::ostream& out) {
+void print(const SurveyRow& row, std::ostream& out) {
     char line[400];
     if (!row.refused.empty() || row.picks.empty()) {
         std::snprintf(line, sizeof line, "%-40.40s %s\n", row.name.c_str(),
@@ -291,7 +292,7 @@ void print(const Row& row, std::ostream& out) {
     out << line << std::flush;
 }
 
-nlohmann::json json_of(const Row& row) {
+nlohmann::json json_of(const SurveyRow& row) {
     nlohmann::json json = {{"scene", row.name}};
     if (!row.refused.empty()) return json["refused"] = row.refused, json;
     json.update({{"mean_lx", row.mean_lx},
@@ -327,7 +328,8 @@ std::vector<std::string> files_of(const std::vector<std::string>& paths) {
         std::vector<std::string> found;
         for (const auto& entry : fs::recursive_directory_iterator(path)) {
             const std::string kind = entry.path().extension().string();
-            if (entry.is_regular_file() && (kind == ".gltf" || kind == ".glb")) found.push_back(entry.path().string());
+            if (entry.is_regular_file() && (kind == ".gltf" || kind == ".glb" || kind == ".mvr"))
+                found.push_back(entry.path().string());
         }
         std::sort(found.begin(), found.end());
         files.insert(files.end(), found.begin(), found.end());
@@ -343,7 +345,7 @@ std::optional<Scene> scene_of_file(const std::string& file, const SurveyOptions&
     } else {
         LoadOptions load;
         load.max_albedo = options.max_albedo;
-        const auto loaded = load_scene(file, "", load);
+        const auto loaded = exchange::load_any_scene(file, "", load);
         if (!loaded) {
             refused = loaded.error().text();
             return std::nullopt;
@@ -376,14 +378,14 @@ void run_survey(const SurveyOptions& options, std::ostream& out, std::ostream& p
         throw std::runtime_error("--rooms must be SEED:COUNT, not '" + options.rooms + "'");
     if (files.empty() && count == 0) throw std::runtime_error("nothing to survey: name files, folders or --rooms");
     const auto context = gl::Context::create({options.device, false});
-    std::vector<Row> rows;
+    std::vector<SurveyRow> rows;
     std::ostream& table = options.json ? progress : out;
     table << "scene                                    pts   mean lx  rms/mean  noise    bias  1/2  x2   ?  "
              "seconds  worst point\n";
     const auto take = [&](const std::string& name, std::optional<Scene> scene, const std::string& refused) {
         Renderer renderer(*context);
         renderer.set_links(options.links);
-        rows.push_back(scene ? survey(renderer, name, std::move(*scene), options) : Row{name, refused});
+        rows.push_back(scene ? survey(renderer, name, std::move(*scene), options) : SurveyRow{name, refused});
         print(rows.back(), table);
     };
     for (const std::string& file : files) {
@@ -402,7 +404,7 @@ void run_survey(const SurveyOptions& options, std::ostream& out, std::ostream& p
                   all.scenes, all.points, all.off_by_half, all.off_by_two, all.unjudged, all.median_rms, all.worst_rms,
                   all.within, all.median_stated, all.median_true);
     table << text;
-    for (const Row& row : rows)
+    for (const SurveyRow& row : rows)
         if (row.off_by_half + row.off_by_two > 0) table << "outlier: " << row.name << "\n";
     if (!options.json) return;
     nlohmann::json json = {
@@ -410,7 +412,7 @@ void run_survey(const SurveyOptions& options, std::ostream& out, std::ostream& p
         {"off_by_half", all.off_by_half},     {"off_by_two", all.off_by_two},  {"unjudged", all.unjudged},
         {"median_rms", all.median_rms},       {"worst_rms", all.worst_rms},    {"within_twice_stated", all.within},
         {"median_stated", all.median_stated}, {"median_true", all.median_true}};
-    for (const Row& row : rows) json["rows"].push_back(json_of(row));
+    for (const SurveyRow& row : rows) json["rows"].push_back(json_of(row));
     out << json.dump(2) << "\n";
 }
 

@@ -52,7 +52,7 @@ Scene scene_of_size(const Sized& which) {
     return scene;
 }
 
-struct Row {
+struct SceneRow {
     const Sized* which;
     std::size_t triangles = 0;
     double extent_m = 0.0;                      // the longest side of the scene
@@ -63,7 +63,8 @@ struct Row {
     Errors errors;
 };
 
-Row measure(const gl::Context& context, const Sized& which, const TransportOptions& options, std::ostream& progress) {
+SceneRow measure(const gl::Context& context, const Sized& which, const TransportOptions& options,
+                 std::ostream& progress) {
     using Clock = std::chrono::steady_clock;
     const auto seconds_since = [](Clock::time_point begin) {
         return std::chrono::duration<double>(Clock::now() - begin).count();
@@ -72,7 +73,7 @@ Row measure(const gl::Context& context, const Sized& which, const TransportOptio
     ReferenceSettings settings;
     settings.seconds = options.reference_seconds;
     const Reference reference = reference_of(scene, settings, options.cache, progress);
-    Row row{&which};
+    SceneRow row{&which};
     row.triangles = scene.asset->triangles();
     const glm::dvec3 size = scene.asset->bounds.max - scene.asset->bounds.min;
     row.extent_m = std::max({size.x, size.y, size.z});
@@ -114,11 +115,11 @@ Row measure(const gl::Context& context, const Sized& which, const TransportOptio
 
 void run_transport(const TransportOptions& options, std::ostream& out, std::ostream& progress) {
     const auto context = gl::Context::create({options.device, false});
-    std::vector<Row> rows;
+    std::vector<SceneRow> rows;
     for (const Sized& which : kSizes) rows.push_back(measure(*context, which, options, progress));
     if (options.json) {
         nlohmann::json json = {{"renderer", context->renderer()}};
-        for (const Row& row : rows)
+        for (const SceneRow& row : rows)
             json["rows"].push_back({{"scene", row.which->name},
                                     {"triangles", row.triangles},
                                     {"extent_m", row.extent_m},
@@ -137,7 +138,7 @@ void run_transport(const TransportOptions& options, std::ostream& out, std::ostr
         return;
     }
     out << std::fixed;
-    for (const Row& row : rows)
+    for (const SceneRow& row : rows)
         out << row.which->name << ": " << row.triangles << " triangles, " << std::setprecision(1) << row.extent_m
             << " m; " << row.stats.surfels() << " surfels, " << row.stats.links_per_surfel() << " links of each, "
             << row.stats.bytes() / (1 << 20) << " MiB; first after " << row.first_s << " s, all after " << row.ready_s

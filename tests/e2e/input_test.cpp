@@ -58,12 +58,10 @@ TEST_F(BadInput, MissingScene) {
     expect_names(refused({"load", "scene", folder.path("none.gltf")}), {"not_found", "none.gltf"});
 }
 
-TEST_F(BadInput, MissingTexture) {
+TEST_F(BadInput, MissingBuffer) {
     Json gltf = Json::parse(floor_gltf(0.5));
-    gltf["images"] = {{{"uri", "gone.png"}}};
-    gltf["textures"] = {{{"source", 0}}};
-    gltf["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
-    expect_names(refused({"load", "scene", folder.file("untextured.gltf", gltf.dump())}), {"missing_file", "gone.png"});
+    gltf["buffers"][0]["uri"] = "gone.bin";
+    expect_names(refused({"load", "scene", folder.file("hollow.gltf", gltf.dump())}), {"missing_file", "gone.bin"});
 }
 
 TEST_F(BadInput, AccessorOutOfBounds) {

@@ -84,6 +84,7 @@ TEST(Reference, GridsOfAllQualities) {
 // An interactive grid leaves the picture to the viewers: a level change in between costs one composite.
 TEST(Reference, AGreatGridLetsFramesThroughAndLeavesPassesClean) {
     DaemonProcess daemon({"--renderer", "gl", "--size", "96x96"});
+    EXPECT_TRUE(daemon.transport_ready());
     daemon.json({"report"});
     const KilledClient grid(daemon.url(), {"meter", "--point", "-1.9,0,-1.9", "--normal", "0,1,0", "--u", "3.8,0,0",
                                            "--v", "0,0,3.8", "--count", "64x64", "--quality", "rsm"});
@@ -203,6 +204,7 @@ TEST(Reference, FewSamplesAndLittleTime) {
 
 TEST(Reference, FramesGoOnBesideACaptureThatEndsWithItsClient) {
     DaemonProcess daemon({"--renderer", "gl", "--size", "128x128"});
+    EXPECT_TRUE(daemon.transport_ready());
     daemon.json({"report"});
     TemporaryFolder folder;
     {

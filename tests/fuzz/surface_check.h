@@ -5,6 +5,7 @@
 #include <set>
 #include <string_view>
 
+#include "protocol/schema/cue_number.h"
 #include "protocol/surface/hid_surface.h"
 #include "protocol/surface/midi_surface.h"
 #include "protocol/surface/qxi.h"
@@ -41,22 +42,27 @@ inline void check_box(const SurfaceProfile& profile, Bytes bytes) {
     MidiSurface box(profile);
     std::vector<MidiMessage> messages;
     MidiStream stream;
-    MidiTime time;
-    read_usb_midi(bytes, messages, &time);
+    MidiSystem system;
+    read_usb_midi(bytes, messages, &system);
     stream.take(bytes, messages);
-    for (const auto& heard : {time.newest, stream.take_time()}) require(!heard || is_timecode(*heard));
+    for (const MidiNews& news : {system.take_news(), stream.take_news()}) {
+        require(!news.timecode || is_timecode(*news.timecode));
+        require(news.cues.size() <= kMaxMidiCues && news.ignored.size() <= kMaxIgnoredKinds);
+        for (const std::string& cue : news.cues) require(cue == "go" || parse_cue_number(cue).has_value());
+    }
     std::int64_t now_ns = 1;
     for (const MidiMessage& message : messages) {
         std::vector<ControlEvent> events;
         box.take(message, now_ns += 1'000'000, events);
         box.tick(now_ns, events);
         check_events(events, box.controls());
-        require(key_of(message).channel >= 1 && value_of(message) <= 16383);
+        require((key_of(message).channel >= 1 || message.status == kVolume) && value_of(message) <= 16383);
     }
     check_controls(box.controls());
     for (std::size_t i = 0; i < box.controls().size(); ++i) {
         const std::vector<std::uint8_t> shown = box.show(i, 0.7);
-        for (std::size_t at = 1; at < shown.size(); ++at) require(shown[at] < 0x80);
+        const bool sysex = !shown.empty() && shown.front() == 0xF0;
+        for (std::size_t at = 1; at + (sysex ? 1 : 0) < shown.size(); ++at) require(shown[at] < 0x80);
         require(usb_midi_packets(box.show_cable(i), shown).size() % 4 == 0);
     }
 }

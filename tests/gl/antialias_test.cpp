@@ -17,7 +17,7 @@
 namespace gonio::test {
 namespace {
 
-constexpr int kSide = 200;
+constexpr int kEdgeSide = 200;
 
 // Luminance of direct light, cd/m², rows from the top: 4 floats a pixel.
 const std::vector<float>& traced_direct(const Scene& scene) {
@@ -26,7 +26,7 @@ const std::vector<float>& traced_direct(const Scene& scene) {
         settings.noise = 0.01;
         settings.max_passes = 256;
         trace::Picture picture(trace::make_world(scene),
-                               {scene.camera, kSide, kSide, trace::Quantity::radiance_direct, true}, settings);
+                               {scene.camera, kEdgeSide, kEdgeSide, trace::Quantity::radiance_direct, true}, settings);
         while (!picture.refine(1.0).complete) {
         }
         return picture.values();
@@ -36,7 +36,7 @@ const std::vector<float>& traced_direct(const Scene& scene) {
 
 Scene cornell() {
     Scene scene = scene_of(builtin("cornell"));
-    scene.width_px = scene.height_px = kSide;
+    scene.width_px = scene.height_px = kEdgeSide;
     return scene;
 }
 
@@ -57,7 +57,7 @@ TEST(Antialias, StillsHaveTheEdgesOfTheReference) {
     const Scene scene = cornell();
     Renderer renderer(context(), Renderer::DirectLight::rays);
     const auto still = [&](unsigned samples) {
-        return renderer.capture(scene, View::direct, kSide, kSide, true, trace::kAllBounces, samples)->values;
+        return renderer.capture(scene, View::direct, kEdgeSide, kEdgeSide, true, trace::kAllBounces, samples)->values;
     };
     const std::vector<float> jagged = still(1), smooth = still(16), &truth = traced_direct(scene);
     // Edges: where the centres alone are off by a tenth.
@@ -151,23 +151,25 @@ TEST(Antialias, AShadowLeavesThePixelsShare) {
 TEST(Antialias, NoStrayPixelsAtContacts) {
     const Scene scene = cornell();
     Renderer renderer(context(), Renderer::DirectLight::rays);
-    const std::vector<float> shown = renderer.capture(scene, View::direct, kSide, kSide, true)->values,
+    const std::vector<float> shown = renderer.capture(scene, View::direct, kEdgeSide, kEdgeSide, true)->values,
                              &truth = traced_direct(scene);
     int stray = 0;
-    for (int y = 1; y + 1 < kSide; ++y) {
-        for (int x = 1; x + 1 < kSide; ++x) {
+    for (int y = 1; y + 1 < kEdgeSide; ++y) {
+        for (int x = 1; x + 1 < kEdgeSide; ++x) {
             float least = 1e30f, greatest = 0.0f;
             for (int k = 0; k < 9; ++k) {
-                const float there = truth[4 * static_cast<std::size_t>((y + k / 3 - 1) * kSide + x + k % 3 - 1) + 1];
+                const float there =
+                    truth[4 * static_cast<std::size_t>((y + k / 3 - 1) * kEdgeSide + x + k % 3 - 1) + 1];
                 least = std::min(least, there), greatest = std::max(greatest, there);
             }
-            const float here = shown[4 * static_cast<std::size_t>(y * kSide + x) + 1], room = 0.1f * greatest + 0.05f;
+            const float here = shown[4 * static_cast<std::size_t>(y * kEdgeSide + x) + 1],
+                        room = 0.1f * greatest + 0.05f;
             const bool odd = here < least - room || here > greatest + room;
             stray += odd ? 1 : 0;
         }
     }
-    std::printf("stray pixels: %d of %d\n", stray, kSide * kSide);
-    EXPECT_LE(stray, kSide * kSide / 20000);
+    std::printf("stray pixels: %d of %d\n", stray, kEdgeSide * kEdgeSide);
+    EXPECT_LE(stray, kEdgeSide * kEdgeSide / 20000);
 }
 
 // Edges are found while nothing moves. They stay where light moves, and cost no pass of their own.
@@ -221,7 +223,7 @@ TEST(Antialias, LightThatMovesStaysAntialiased) {
 TEST(Antialias, EdgesAreFilteredUntilTheyAreFound) {
     for (const auto direct : {Renderer::DirectLight::rays, Renderer::DirectLight::gl}) {
         Scene scene = cornell();
-        scene.width_px = scene.height_px = 2 * kSide;
+        scene.width_px = scene.height_px = 2 * kEdgeSide;
         const auto newest = [&](Renderer& renderer) {
             FinishedFrame frame;
             do {
@@ -243,7 +245,7 @@ TEST(Antialias, EdgesAreFilteredUntilTheyAreFound) {
         ASSERT_EQ(rests.report.samples_per_pixel(), 16u);
         const auto off = [&](const std::vector<std::uint8_t>& nv12) {
             double squares = 0.0;
-            for (std::size_t i = 0; i < std::size_t{4} * kSide * kSide; ++i)
+            for (std::size_t i = 0; i < std::size_t{4} * kEdgeSide * kEdgeSide; ++i)
                 squares += std::pow(static_cast<double>((*rests.nv12)[i]) - static_cast<double>(nv12[i]), 2.0);
             return std::sqrt(squares);
         };

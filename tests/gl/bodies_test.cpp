@@ -13,13 +13,13 @@
 namespace gonio::test {
 namespace {
 
-constexpr int kSide = 96;
+constexpr int kBodySide = 96;
 
 // A floor under a luminaire of 100 cd, seen from 4 m above, of which 4 m are as high as the picture.
 Scene floor_below() {
     Scene scene = floor_scene(20.0, 0.5f, isotropic(100.0), {0, 2, 0});
     scene.camera = {{0.0, 4.0, 0.0001}, {0.0, 0.0, 0.0}, 2.0 * std::atan(0.5)};
-    scene.width_px = scene.height_px = kSide;
+    scene.width_px = scene.height_px = kBodySide;
     return scene;
 }
 
@@ -34,7 +34,7 @@ Scene with_box(const Scene& scene) {
 // Whether a pixel, rows from the top, shows the box, or may; where its ray meets a height, m.
 glm::dvec2 at_height(int x, int y, double height_m) {
     const double scale = (4.0 - height_m) / 4.0;
-    return scale * glm::dvec2(((x + 0.5) / kSide - 0.5) * 4.0, ((y + 0.5) / kSide - 0.5) * 4.0);
+    return scale * glm::dvec2(((x + 0.5) / kBodySide - 0.5) * 4.0, ((y + 0.5) / kBodySide - 0.5) * 4.0);
 }
 bool in_box(const glm::dvec2& at, double slack) {
     return std::abs(at.x - 0.8) < 0.2 + slack && std::abs(at.y - 0.1) < 0.2 + slack;
@@ -46,13 +46,13 @@ TEST(Bodies, AreLitAndChangeNothingElse) {
     make_coarse(renderer);
     const Scene without = floor_below(), with = with_box(without);
     const auto lux = [&](const Scene& scene) {
-        return renderer.capture(scene, View::illuminance, kSide, kSide, true, trace::kAllBounces, 1)->values;
+        return renderer.capture(scene, View::illuminance, kBodySide, kBodySide, true, trace::kAllBounces, 1)->values;
     };
     const std::vector<float> seen = lux(with), bare = lux(without);
     int top = 0, same = 0;
-    for (int y = 0; y < kSide; ++y)
-        for (int x = 0; x < kSide; ++x) {
-            const std::size_t i = std::size_t{4} * static_cast<std::size_t>(y * kSide + x);
+    for (int y = 0; y < kBodySide; ++y)
+        for (int x = 0; x < kBodySide; ++x) {
+            const std::size_t i = std::size_t{4} * static_cast<std::size_t>(y * kBodySide + x);
             const glm::dvec2 above = at_height(x, y, 0.7), below = at_height(x, y, 0.3);
             if (in_box(above, -0.03)) {
                 const double d2 = 1.3 * 1.3 + glm::dot(above, above), expected = 100.0 * 1.3 / std::pow(d2, 1.5);
@@ -109,7 +109,7 @@ TEST(Bodies, TheCpuGlAndTheReferenceSeeTheSame) {
     const glm::dvec3 middle = glm::mix(0.5 * (room.min + room.max), scene.lights[0].position, 0.4);
     scene.asset = with_box_body(*scene.asset, middle, 0.1 * glm::length(room.max - room.min));
     scene.traced = nullptr, scene.drawn = nullptr;
-    scene.width_px = scene.height_px = kSide;
+    scene.width_px = scene.height_px = kBodySide;
     v1::Command turn;
     turn.mutable_set_light()->set_name(scene.lights[0].name);
     turn.mutable_set_light()->set_tilt_rad(0.3);
@@ -122,10 +122,10 @@ TEST(Bodies, TheCpuGlAndTheReferenceSeeTheSame) {
         renderer.finish_frame(true);
         const std::vector<glm::vec3> lux = renderer.live_illuminance(scene, false);
         std::vector<float>& own = nits.emplace_back();
-        for (int y = kSide; y-- > 0;)  // from the top
-            for (int x = 0; x < kSide; ++x) own.push_back(lux[static_cast<std::size_t>(y * kSide + x)].g);
+        for (int y = kBodySide; y-- > 0;)  // from the top
+            for (int x = 0; x < kBodySide; ++x) own.push_back(lux[static_cast<std::size_t>(y * kBodySide + x)].g);
     }
-    trace::PictureRequest request{scene.camera, kSide, kSide, trace::Quantity::irradiance_direct};
+    trace::PictureRequest request{scene.camera, kBodySide, kBodySide, trace::Quantity::irradiance_direct};
     trace::Picture picture(trace::make_world(scene), request, {.max_passes = 8});
     while (!picture.refine(0.1).complete) {
     }

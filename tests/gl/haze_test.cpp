@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <set>
 
+#include "ies/web.h"
 #include "protocol/schema/command.pb.h"
 #include "protocol/schema/report.pb.h"
 #include "server/trace/reference.h"
@@ -15,7 +15,7 @@
 namespace gonio::test {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using ies::kPi;
 
 // What a raw capture of the luminance view shows at its middle, cd/m².
 double luminance_ahead(Renderer& renderer, const Scene& scene) {
@@ -23,21 +23,76 @@ double luminance_ahead(Renderer& renderer, const Scene& scene) {
     return static_cast<double>(picture->values[4 * (16 * 33 + 16)]);
 }
 
-// A plane that faces 100 cd in boundless haze: direct light and, scattered once, light from the air, by quadrature.
+// A plane that faces 100 cd in boundless haze: direct light and light from the air, by quadrature of
+//   ∫ σ e^(−σr) p cos θ I / (r² t²) dV,
+// r from the luminaire to the air and t from there to the plane. What is scattered again on t counts as if it arrived.
 TEST(Haze, OntoAMeter) {
     const struct {
-        double extinction, distance, direct, scattered;
-    } rows[] = {{.02, 3, 10.4641, 0.74558}, {.05, 3, 9.56342, 1.58128}, {.1, 5, 2.42612, 1.10733}};
+        double extinction, g, distance, direct, scattered;
+    } rows[] = {{.02, 0.0, 3, 10.4641, 0.802829},    {.05, 0.0, 3, 9.56342, 1.863065},
+                {.1, 0.0, 5, 2.42612, 1.774191},     {.02, 0.7, 3, 10.4641, 0.665316},
+                {.05, 0.7, 3, 9.56342, 1.585072},    {.1, 0.7, 5, 2.42612, 1.598274},
+                {.02, 0.0, .05, 39960.02, 51.32069}, {.02, 0.7, .05, 39960.02, 41.29242}};
     Renderer renderer(context(), direct_light());
     make_coarse(renderer);
     for (const auto& row : rows) {
         Scene scene = floor_scene(0.02, 0.0f, isotropic(100.0), {0, row.distance, 0});
-        scene.haze = {.extinction_per_m = row.extinction, .g = 0.0};
+        scene.haze = {.extinction_per_m = row.extinction, .g = row.g};
         const v1::MeterReading reading =
             renderer.meter(scene, {0, 0, 0}, {0, 1, 0}, Renderer::MeterQuality::interactive);
         EXPECT_NEAR(reading.direct_lx() / row.direct, 1.0, 1e-5);
-        EXPECT_NEAR(reading.indirect_lx() / row.scattered, 1.0, 0.02) << row.extinction;
+        EXPECT_NEAR(reading.indirect_lx() / row.scattered, 1.0, 0.01)
+            << row.extinction << ", g " << row.g << ", at " << row.distance << " m";
     }
+}
+
+// Haze that absorbs nothing takes no light out of a closed room, however dense it is and wherever it scatters.
+TEST(Haze, AClosedSphereLosesNothing) {
+    Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
+    for (const auto& [extinction, g] : {std::pair(0.05, 0.7), {0.5, 0.7}, {0.5, 0.0}, {1.0, -0.5}}) {
+        Scene scene = scene_with({{inward_sphere(1.0, 48), glm::vec3(0.0f)}}, isotropic(100.0), {0, 0, 0});
+        scene.haze = {.extinction_per_m = extinction, .g = g};
+        renew(scene);
+        const v1::MeterReading reading =
+            renderer.meter(scene, {0, -0.999, 0}, {0, 1, 0}, Renderer::MeterQuality::interactive);
+        EXPECT_NEAR(reading.direct_lx() / (100.0 * std::exp(-extinction)), 1.0, 0.005);
+        EXPECT_NEAR(reading.total_lx() / 100.0, 1.0, 0.02) << extinction << ", g " << g;
+    }
+}
+
+// A luminaire 1 cm behind the face of a closed slab of 8 cm, in a hazy room: all that it lights stays inside, though
+// surfels, points in the air and texels of both sides lie next to each other.
+TEST(Haze, StaysInsideAClosedSlab) {
+    constexpr double kFront_m = 0.04, kHigh_m = 1.5, kWide_m = 2.0;
+    const auto box = [](const glm::dvec3& half) {  // outward
+        std::vector<Piece> sides;
+        for (int axis = 0; axis < 3; ++axis)
+            for (const double side : {-1.0, 1.0}) {
+                glm::dvec3 out(0.0), u(0.0), v(0.0);
+                out[axis] = side * half[axis];
+                u[(axis + 1) % 3] = half[(axis + 1) % 3];
+                v[(axis + 2) % 3] = side * half[(axis + 2) % 3];
+                sides.push_back({quad(out - u - v, out + u - v, out + u + v, out - u + v), glm::vec3(0.8f)});
+            }
+        return sides;
+    };
+    std::vector<Piece> pieces = box({kFront_m, kHigh_m, kWide_m});
+    pieces.push_back({inward_sphere(4.0, 32), glm::vec3(0.8f)});
+    Scene scene = scene_with(std::move(pieces), isotropic(1000.0), {kFront_m - 0.01, 0, 0});
+    scene.haze = {.extinction_per_m = 0.05};
+    scene.camera = {{1.0, 0.2, 2.5}, {0.0, 0.0, -0.5}, 1.2};
+    renew(scene);
+    Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
+    const auto picture = renderer.capture(scene, View::luminance, 64, 48, true);
+    // The face has 1e7 lx from behind: what comes through is a ten-millionth of the light there.
+    double sum_nit = 0.0;
+    for (std::size_t i = 0; i < picture->values.size(); i += 4) {
+        ASSERT_LT(picture->values[i], 1.0f) << "pixel " << i / 4 % 64 << ", " << i / 4 / 64;
+        sum_nit += static_cast<double>(picture->values[i]);
+    }
+    EXPECT_LT(sum_nit / (64 * 48), 0.05);
 }
 
 // The same light as the pixels of a floor show it, which take it from surfels.
@@ -48,7 +103,7 @@ TEST(Haze, OntoPixels) {
     Renderer renderer(context(), direct_light());
     make_coarse(renderer);
     const auto picture = renderer.capture(scene, View::illuminance, 17, 17, true);
-    EXPECT_NEAR(static_cast<double>(picture->values[4 * (8 * 17 + 8)]) / (9.56342 + 1.58128), 1.0, 0.01);
+    EXPECT_NEAR(static_cast<double>(picture->values[4 * (8 * 17 + 8)]) / (9.56342 + 1.863065), 1.0, 0.01);
 }
 
 // A cone of 10° of 10,000 cd, crossed at right angles 4 m below the luminaire, 8 m away, by quadrature.
@@ -298,8 +353,8 @@ protected:
 TEST_F(HazeCost, WithoutHazeItIsAbsent) {
     scene.haze = {};
     settle();
-    for (const char* name :
-         {"haze-points", "haze-distances", "haze-surfels", "haze-rays", "haze-probes", "haze-airlight", "haze-glow"})
+    for (const char* name : {"haze-points", "haze-distances", "haze-surfels", "haze-rays", "haze-probes", "haze-seen",
+                             "haze-airlight", "haze-glow"})
         EXPECT_EQ(states[name], "absent") << name;
 }
 

@@ -8,7 +8,7 @@
 namespace gonio::test {
 namespace {
 
-constexpr int kSide = 64;
+constexpr int kPatchSide = 64;
 
 // A square of 2 m around the origin that faces +Z, seen from the front and lit from there. change: of its asset.
 Scene square_scene(const std::function<void(SceneAsset&)>& change, double uv = 1.0) {
@@ -20,7 +20,7 @@ Scene square_scene(const std::function<void(SceneAsset&)>& change, double uv = 1
         std::make_shared<SceneAsset>(*scene_with({{mesh, glm::vec3(0.5f)}}, isotropic(1000.0), {0, 0, 2}).asset);
     change(*asset);
     Scene scene = scene_of(asset);
-    scene.width_px = scene.height_px = kSide;
+    scene.width_px = scene.height_px = kPatchSide;
     scene.camera = {{0.013, 0.007, 2.4}, {0.013, 0.007, 0.0}, 0.7};
     return scene;
 }
@@ -29,8 +29,8 @@ Scene square_scene(const std::function<void(SceneAsset&)>& change, double uv = 1
 std::vector<float> reflectance(const Scene& scene) {
     Renderer renderer(context(), direct_light());
     make_coarse(renderer);
-    const auto luminance = renderer.capture(scene, View::luminance, kSide, kSide, true, 0),
-               illuminance = renderer.capture(scene, View::illuminance, kSide, kSide, true, 0);
+    const auto luminance = renderer.capture(scene, View::luminance, kPatchSide, kPatchSide, true, 0),
+               illuminance = renderer.capture(scene, View::illuminance, kPatchSide, kPatchSide, true, 0);
     std::vector<float> found;
     for (std::size_t i = 0; i < luminance->values.size(); i += 4) {
         const float lux = illuminance->values[i];
@@ -41,7 +41,7 @@ std::vector<float> reflectance(const Scene& scene) {
 
 // x of the square's plane at a column's centre.
 double across(int column) {
-    return 0.013 + 2.4 * std::tan(0.35) * ((column + 0.5) / kSide * 2.0 - 1.0);
+    return 0.013 + 2.4 * std::tan(0.35) * ((column + 0.5) / kPatchSide * 2.0 - 1.0);
 }
 
 TEST(ShownMaterials, MirroredRepetitionTurnsOver) {
@@ -62,10 +62,10 @@ TEST(ShownMaterials, MirroredRepetitionTurnsOver) {
         },
         3.0);
     const std::vector<float> found = reflectance(scene);
-    for (int row = 0; row < kSide; ++row) {
-        for (int column = 0; column < kSide; ++column) {
+    for (int row = 0; row < kPatchSide; ++row) {
+        for (int column = 0; column < kPatchSide; ++column) {
             const double u = 1.5 * (across(column) + 1.0), there = std::fmod(u, 2.0);
-            ASSERT_NEAR(found[static_cast<std::size_t>(row * kSide + column)],
+            ASSERT_NEAR(found[static_cast<std::size_t>(row * kPatchSide + column)],
                         0.9 * (there > 1.0 ? 2.0 - there : there), 0.03)
                 << u;
         }
@@ -81,11 +81,11 @@ TEST(ShownMaterials, VertexColoursMultiplyAndCut) {
         asset.materials[0].base_color = glm::vec4(0.5f, 0.5f, 0.5f, 1.0f);
     });
     const std::vector<float> found = reflectance(scene);
-    for (int row = 0; row < kSide; ++row) {
-        for (int column = 0; column < kSide; ++column) {
+    for (int row = 0; row < kPatchSide; ++row) {
+        for (int column = 0; column < kPatchSide; ++column) {
             const double x = across(column), share = 0.5 * (x + 1.0);
             if (std::abs(x) < 0.01) continue;
-            const float value = found[static_cast<std::size_t>(row * kSide + column)];
+            const float value = found[static_cast<std::size_t>(row * kPatchSide + column)];
             ASSERT_NEAR(value, x < 0.0 ? -1.0 : 0.5 * (0.2 + 0.6 * share), 2e-3) << x;
         }
     }
@@ -97,7 +97,7 @@ TEST(ShownMaterials, BacksAreShownIfAskedFor) {
         scene.camera.eye.z = -2.4;
         scene.lights[0].position.z = -2.0;
         const std::vector<float> found = reflectance(scene);
-        EXPECT_NEAR(found[kSide * kSide / 2 + kSide / 2], shown ? 0.5 : -1.0, 2e-3);
+        EXPECT_NEAR(found[kPatchSide * kPatchSide / 2 + kPatchSide / 2], shown ? 0.5 : -1.0, 2e-3);
     }
 }
 
@@ -121,16 +121,16 @@ TEST(ShownMaterials, ATiltedNormalHasItsCosine) {
     };
     Renderer renderer(context(), direct_light());
     make_coarse(renderer);
-    const auto picture = renderer.capture(scene, View::illuminance, kSide, kSide, true, 0);
+    const auto picture = renderer.capture(scene, View::illuminance, kPatchSide, kPatchSide, true, 0);
     renderer.begin_frame(scene, monotonic_ns());
     while (!renderer.finish_frame(true)->report.settled()) renderer.begin_frame(scene, monotonic_ns());
     const std::vector<glm::vec3> live = renderer.live_illuminance(scene, false);
-    for (int row = 0; row < kSide; ++row) {
-        for (int column = 0; column < kSide; ++column) {
-            const double lux = expected(column, row, kSide);
-            ASSERT_NEAR(picture->values[static_cast<std::size_t>(4 * ((kSide - 1 - row) * kSide + column))], lux,
-                        0.005 * lux);
-            ASSERT_NEAR(live[static_cast<std::size_t>(row * kSide + column)].r, lux, 0.005 * lux);
+    for (int row = 0; row < kPatchSide; ++row) {
+        for (int column = 0; column < kPatchSide; ++column) {
+            const double lux = expected(column, row, kPatchSide);
+            ASSERT_NEAR(picture->values[static_cast<std::size_t>(4 * ((kPatchSide - 1 - row) * kPatchSide + column))],
+                        lux, 0.005 * lux);
+            ASSERT_NEAR(live[static_cast<std::size_t>(row * kPatchSide + column)].r, lux, 0.005 * lux);
         }
     }
     constexpr int kTraced = 16;

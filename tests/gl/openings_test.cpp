@@ -15,7 +15,7 @@ namespace gonio::test {
 namespace {
 
 using std::numbers::pi;
-constexpr int kSide = 160;
+constexpr int kOpeningSide = 160;
 
 // A luminaire at height h above a black floor, seen at an angle.
 Scene lamp(std::shared_ptr<const Profile> profile, const char* opening, double h, std::vector<Piece> more = {}) {
@@ -23,7 +23,7 @@ Scene lamp(std::shared_ptr<const Profile> profile, const char* opening, double h
     Scene scene = scene_with(std::move(more), std::move(profile), {0, h, 0});
     scene.lights[0].opening = parse_opening(opening).value();
     scene.camera = {{0, 0.8, 1.2}, {0, 0, 0}, 0.7};
-    scene.width_px = scene.height_px = kSide;
+    scene.width_px = scene.height_px = kOpeningSide;
     static Revision newest = 1;  // as if one scene had been loaded after the other
     Light& light = scene.lights[0];
     scene.scene_rev = scene.geometry_rev = scene.camera_rev = scene.lights_rev = light.position_rev = light.aim_rev =
@@ -33,8 +33,8 @@ Scene lamp(std::shared_ptr<const Profile> profile, const char* opening, double h
 
 // Where the ray of pixel (x, y), counted from the bottom, meets the floor.
 glm::dvec3 floor_at(const Scene& scene, int x, int y) {
-    const Eye eye = eye_of(scene.camera, kSide, kSide);
-    const glm::dvec3 ray = ray_through(eye, (x + 0.5) / kSide * 2 - 1, (y + 0.5) / kSide * 2 - 1);
+    const Eye eye = eye_of(scene.camera, kOpeningSide, kOpeningSide);
+    const glm::dvec3 ray = ray_through(eye, (x + 0.5) / kOpeningSide * 2 - 1, (y + 0.5) / kOpeningSide * 2 - 1);
     return eye.position - ray * (eye.position.y / ray.y);
 }
 
@@ -84,11 +84,11 @@ TEST(Openings, LightNearByAsTheirClosedFormsSay) {
         for (const bool rests : {false, true}) {
             const std::vector<float> lux = live_lux(renderer, scene, rests);
             double most = 0.0;
-            for (int y = 4; y < kSide; y += 13)
-                for (int x = 4; x < kSide; x += 13) {
+            for (int y = 4; y < kOpeningSide; y += 13)
+                for (int x = 4; x < kOpeningSide; x += 13) {
                     const glm::dvec3 p = floor_at(scene, x, y);
                     const double expected = 1000.0 / form.area * form.nit_lx(p.x, p.z);
-                    most = std::max(most, std::abs(static_cast<double>(lux[y * kSide + x]) / expected - 1));
+                    most = std::max(most, std::abs(static_cast<double>(lux[y * kOpeningSide + x]) / expected - 1));
                 }
             EXPECT_LT(most, rests ? 0.005 : 0.02) << form.opening << (rests ? " at rest" : " moving");
         }
@@ -111,13 +111,13 @@ TEST(Openings, LightNearByAsTheirClosedFormsSay) {
 // Of an edge at distance e before the floor and h below an opening of side s: s e / h. Illuminance there is nearly a
 // ramp; its width is 1.25 of what is between a tenth and nine tenths.
 double penumbra_m(const Scene& scene, const std::vector<float>& shadowed, const std::vector<float>& open) {
-    const int y = kSide / 2;
+    const int y = kOpeningSide / 2;
     double at[2] = {};
     int found = 0;
     const double levels[2] = {0.9, 0.1};
     double before = 1.0, before_x = floor_at(scene, 0, y).x;
-    for (int x = 1; x < kSide && found < 2; ++x) {
-        const std::size_t i = static_cast<std::size_t>(y) * kSide + static_cast<std::size_t>(x);
+    for (int x = 1; x < kOpeningSide && found < 2; ++x) {
+        const std::size_t i = static_cast<std::size_t>(y) * kOpeningSide + static_cast<std::size_t>(x);
         const double share = static_cast<double>(shadowed[i] / open[i]), here = floor_at(scene, x, y).x;
         while (found < 2 && share <= levels[found] && before > levels[found]) {
             at[found] = before_x + (here - before_x) * (before - levels[found]) / (before - share);
@@ -139,10 +139,11 @@ TEST(Openings, CastPenumbrasAsWideAsTheirSides) {
     const double moving = penumbra_m(open, live_lux(renderer, shadowed, false), live_lux(renderer, open, false)),
                  resting = penumbra_m(open, live_lux(renderer, shadowed, true), live_lux(renderer, open, true));
     const auto still = [&](const Scene& scene) {
-        const auto picture = renderer.capture(scene, View::illuminance, kSide, kSide, true, 0, 1);
-        std::vector<float> lux(kSide * kSide);  // rows from the bottom
-        for (int y = 0; y < kSide; ++y)
-            for (int x = 0; x < kSide; ++x) lux[y * kSide + x] = picture->values[4 * ((kSide - 1 - y) * kSide + x)];
+        const auto picture = renderer.capture(scene, View::illuminance, kOpeningSide, kOpeningSide, true, 0, 1);
+        std::vector<float> lux(kOpeningSide * kOpeningSide);  // rows from the bottom
+        for (int y = 0; y < kOpeningSide; ++y)
+            for (int x = 0; x < kOpeningSide; ++x)
+                lux[y * kOpeningSide + x] = picture->values[4 * ((kOpeningSide - 1 - y) * kOpeningSide + x)];
         return lux;
     };
     const double captured = penumbra_m(open, still(shadowed), still(open));
@@ -205,13 +206,13 @@ TEST(Openings, AreSeenLive) {
             renderer.begin_frame(scene, monotonic_ns());
             if (const auto nv12 = renderer.finish_frame(true)->nv12) pictures[gl] = *nv12;
         } while (!renderer.settled());
-        EXPECT_GE(pictures[gl][kSide / 2 * kSide + kSide / 2], 230) << gl;
-        EXPECT_LE(pictures[gl][kSide / 2 * kSide + 2], 200) << gl;
+        EXPECT_GE(pictures[gl][kOpeningSide / 2 * kOpeningSide + kOpeningSide / 2], 230) << gl;
+        EXPECT_LE(pictures[gl][kOpeningSide / 2 * kOpeningSide + 2], 200) << gl;
     }
     int differ = 0;
-    for (std::size_t i = 0; i < std::size_t{kSide} * kSide; ++i)
+    for (std::size_t i = 0; i < std::size_t{kOpeningSide} * kOpeningSide; ++i)
         differ += std::abs(pictures[0][i] - pictures[1][i]) > 6;
-    EXPECT_LT(differ, kSide * kSide / 50);
+    EXPECT_LT(differ, kOpeningSide * kOpeningSide / 50);
 }
 
 // One that is mounted on a ceiling, let into it by a millimetre, or stands before it by one.
@@ -228,7 +229,7 @@ TEST(Openings, AreSeenAndShineWhereTheyAreMounted) {
         const std::vector<float> lux = live_lux(renderer, scene, false);
         const glm::dvec3 p = floor_at(scene, 80, 80);
         const double there = 1000.0 / 0.36 * parallel_form(0.6, 0.6, h, p.x, p.z);
-        EXPECT_NEAR(lux[80 * kSide + 80], there, 0.02 * there) << h;
+        EXPECT_NEAR(lux[80 * kOpeningSide + 80], there, 0.02 * there) << h;
         scene.camera = {{0, 0.5, 1.5}, {0, 2, 0}, 0.5};
         EXPECT_NEAR(renderer.capture(scene, View::luminance, 65, 65, true)->values[4 * (32 * 65 + 32)], 1000 / 0.36,
                     20.0)

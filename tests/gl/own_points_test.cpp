@@ -30,15 +30,15 @@ Scene pleated(double fold_m) {
     return scene;
 }
 
-struct Off {
+struct Deviation {
     double rms, contrast;  // of indirect light over its mean; of the lit pleats over the dark ones
 };
-Off off_of(const Scene& scene, int step) {
+Deviation off_of(const Scene& scene, int step) {
     const TracedPoints traced = traced_points(scene, step, 0.01);
     EXPECT_GT(traced.points.size(), 500u);
     Renderer renderer(context(), Renderer::DirectLight::rays);
     show(renderer, scene);
-    Off off{rms_of(traced, renderer.live_illuminance(scene, true)), 0.0};
+    Deviation off{rms_of(traced, renderer.live_illuminance(scene, true)), 0.0};
     double low = 0.0, high = 0.0;
     int lows = 0, highs = 0;
     for (std::size_t i = 0; i < traced.points.size(); ++i) {
@@ -56,7 +56,7 @@ Off off_of(const Scene& scene, int step) {
 constexpr double kSeen = 8.0 * 0.30933625;
 
 TEST(OwnPoints, FoldsOfTwoPixels) {
-    const Off off = off_of(pleated(2.3 * kSeen / 320.0), 3);
+    const Deviation off = off_of(pleated(2.3 * kSeen / 320.0), 3);
     EXPECT_GT(off.contrast, 3.0) << "the pleats differ";
     EXPECT_LT(off.rms, 0.25);
 }
@@ -65,7 +65,7 @@ TEST(OwnPoints, FoldsOfTwoPixels) {
 TEST(OwnPoints, FoldsOfTwoPixelsAllOverThePicture) {
     Scene scene = pleated(0.6 * kSeen / 320.0);
     scene.camera.eye.z = 1.1;
-    const Off off = off_of(scene, 7);
+    const Deviation off = off_of(scene, 7);
     EXPECT_GT(off.contrast, 3.0);
     EXPECT_LT(off.rms, 1.0) << "half of them are lit";
 }

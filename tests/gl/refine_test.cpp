@@ -18,10 +18,13 @@ namespace {
 
 using Ran = std::set<std::string>;
 
+// Which passes run, and what they leave alone: a small picture of few surfels tells it.
 struct Refine : testing::Test {
-    Refine() : renderer(context(), Renderer::DirectLight::rays), scene(scene_of(builtin("cornell"))) {
+    explicit Refine(int side_px = 96, bool coarse = true)
+        : renderer(context(), Renderer::DirectLight::rays), scene(scene_of(builtin("cornell"))) {
         scene.camera.eye += glm::dvec3(0.013, 0.007, 0.0);
-        scene.width_px = scene.height_px = 320;
+        scene.width_px = scene.height_px = side_px;
+        if (coarse) make_coarse(renderer);
         renderer.set_refinement(true);
         show(renderer, scene);
     }
@@ -60,8 +63,13 @@ struct Refine : testing::Test {
     unsigned samples = 1;  // of edges in the newest picture
 };
 
-TEST_F(Refine, ComesNearerToTheTruth) {
-    const TracedPoints traced = traced_points(scene, 14, 0.01);
+// How good the picture gets is told by a large one.
+struct RefinedPicture : Refine {
+    RefinedPicture() : Refine(320, false) {}
+};
+
+TEST_F(RefinedPicture, ComesNearerToTheTruth) {
+    const TracedPoints traced = traced_points(scene, 28, 0.01);
     const double live = rms_of(traced, renderer.live_illuminance(scene, true));
     EXPECT_EQ(refine_to_the_end(), 2);
     const double refined = rms_of(traced, renderer.live_illuminance(scene, true));
@@ -123,6 +131,38 @@ TEST(Narrow, StillsAreTheRefinedPictures) {
     }
     const double n = static_cast<double>(before.size());
     EXPECT_LT(std::sqrt(squares / n), 1e-3 * sum / n);
+}
+
+// Frames of another scene between the steps and tiles of a capture change nothing in its picture.
+TEST(Narrow, ACaptureGoesOnWhileAnotherSceneIsShown) {
+    Scene scene = scene_of(builtin("cornell")), other = scene_of(make_cornell());
+    scene.lights.at(0).profile = cosine_power(20'000.0, 500.0);
+    other.width_px = other.height_px = 32;
+    const auto captured = [&](bool others) {
+        Renderer renderer(context(), direct_light());
+        make_coarse(renderer);
+        const SceneAsset* awaited[] = {scene.asset.get(), other.asset.get()};
+        renderer.set_awaited({std::begin(awaited), std::end(awaited)});
+        const auto job = renderer.begin_capture(scene, View::indirect, 320, 320, true);
+        bool done = false;
+        for (int steps = 0; !done && steps < 100; ++steps) {
+            done = renderer.continue_capture(*job);
+            if (!others) continue;
+            renderer.begin_frame(other, monotonic_ns());
+            renderer.finish_frame(true);
+        }
+        EXPECT_TRUE(done);
+        EXPECT_GT(job->columns() * job->rows(), 1);
+        return job->picture->values;
+    };
+    const std::vector<float> alone = captured(false), among = captured(true);
+    ASSERT_EQ(alone.size(), among.size());
+    double most = 0.0, brightest = 0.0;
+    for (std::size_t i = 0; i < alone.size(); ++i) {
+        most = std::max(most, static_cast<double>(std::abs(alone[i] - among[i])));
+        brightest = std::max(brightest, static_cast<double>(alone[i]));
+    }
+    EXPECT_LT(most, 1e-4 * brightest);
 }
 
 // A 6 degree beam on a floor, beside a black wall: what the wall has is one integral over the spot. There each point
@@ -187,7 +227,7 @@ TEST(Narrow, BesideASpotTheWallHasTheIntegralOfIt) {
 }
 
 // While it moves a shadow narrower than four pixels may be lost; at rest each pixel has a ray of its own.
-TEST_F(Refine, ShadowsAreThoseOfEachPixel) {
+TEST_F(RefinedPicture, ShadowsAreThoseOfEachPixel) {
     const auto picture =
         renderer.capture(scene, View::direct, scene.width_px, scene.height_px, true, trace::kAllBounces, 1);
     const auto wrong = [&] {
@@ -293,7 +333,7 @@ TEST_F(Refine, OneThatMovesTakesNothingFromTheOther) {
 
 // Interleaved links are no pattern: on a wall far from everything pixels a tile apart differ by the noise of a thousand
 // links and no more.
-TEST_F(Refine, NeighboursAgree) {
+TEST_F(RefinedPicture, NeighboursAgree) {
     refine_to_the_end();
     const auto lux = renderer.live_illuminance(scene, true);
     const int width = scene.width_px;

@@ -14,7 +14,7 @@
 namespace gonio::test {
 namespace {
 
-constexpr int kSide = 160;
+constexpr int kStraySide = 160;
 constexpr std::uint32_t kSamples = 192;
 
 // What a display shows, luma from 0 to 255, rows from the top.
@@ -27,8 +27,8 @@ Luma traced(const Scene& scene) {
     trace::Settings settings;
     settings.noise = 0.0;
     settings.max_passes = kSamples;
-    trace::Picture picture(trace::make_world(scene), {scene.camera, kSide, kSide, trace::Quantity::radiance, true},
-                           settings);
+    trace::Picture picture(trace::make_world(scene),
+                           {scene.camera, kStraySide, kStraySide, trace::Quantity::radiance, true}, settings);
     while (!picture.refine(10.0).complete) {
     }
     const std::vector<float> values = picture.values();
@@ -48,14 +48,14 @@ Luma traced(const Scene& scene) {
 // Result: how many pixels lie outside of the range of the 3 × 3 pixels around them by more than so many codes.
 int stray_pixels(const Luma& shown, const Luma& truth, float codes) {
     int stray = 0;
-    for (int y = 1; y + 1 < kSide; ++y) {
-        for (int x = 1; x + 1 < kSide; ++x) {
+    for (int y = 1; y + 1 < kStraySide; ++y) {
+        for (int x = 1; x + 1 < kStraySide; ++x) {
             float least = 255.0f, greatest = 0.0f;
             for (int k = 0; k < 9; ++k) {
-                const float there = truth[static_cast<std::size_t>((y + k / 3 - 1) * kSide + x + k % 3 - 1)];
+                const float there = truth[static_cast<std::size_t>((y + k / 3 - 1) * kStraySide + x + k % 3 - 1)];
                 least = std::min(least, there), greatest = std::max(greatest, there);
             }
-            const float here = shown[static_cast<std::size_t>(y * kSide + x)];
+            const float here = shown[static_cast<std::size_t>(y * kStraySide + x)];
             stray += here < least - codes || here > greatest + codes ? 1 : 0;
         }
     }
@@ -72,12 +72,12 @@ INSTANTIATE_TEST_SUITE_P(Atrium, Stray, testing::Values(Case{"atrium", 0.002}));
 
 TEST_P(Stray, NoPixelsInStillsAndAtRest) {
     Scene scene = scene_of(builtin(GetParam().scene));
-    scene.width_px = scene.height_px = kSide;
+    scene.width_px = scene.height_px = kStraySide;
     const Luma truth = traced(scene);
     for (const auto direct : {Renderer::DirectLight::rays, Renderer::DirectLight::gl}) {
         Renderer renderer(context(), direct);
         renderer.set_refinement(true);
-        const auto still = renderer.capture(scene, View::beauty, kSide, kSide, false);
+        const auto still = renderer.capture(scene, View::beauty, kStraySide, kStraySide, false);
         Luma in_still, at_rest;
         for (std::size_t i = 0; i < still->rgba8.size(); i += 4)
             in_still.push_back(luma_of(glm::vec3(still->rgba8[i], still->rgba8[i + 1], still->rgba8[i + 2]) / 255.0f));
@@ -91,12 +91,13 @@ TEST_P(Stray, NoPixelsInStillsAndAtRest) {
         show_all();
         while (!renderer.refined(scene))
             if (renderer.refine(scene, [] { return false; })) show_all();
-        for (const glm::vec3& srgb : picture_of_nv12(*nv12, kSide, kSide).srgb) at_rest.push_back(luma_of(srgb));
+        for (const glm::vec3& srgb : picture_of_nv12(*nv12, kStraySide, kStraySide).srgb)
+            at_rest.push_back(luma_of(srgb));
         for (const auto& [what, shown] : {std::pair("still", &in_still), {"at rest", &at_rest}}) {
             const int stray = stray_pixels(*shown, truth, 16.0f);
             std::printf("%s, %s, %s: %d of %d pixels\n", GetParam().scene,
-                        direct == Renderer::DirectLight::gl ? "gl" : "rays", what, stray, kSide * kSide);
-            EXPECT_LE(stray, GetParam().most * kSide * kSide) << what;
+                        direct == Renderer::DirectLight::gl ? "gl" : "rays", what, stray, kStraySide * kStraySide);
+            EXPECT_LE(stray, GetParam().most * kStraySide * kStraySide) << what;
         }
     }
 }

@@ -9,7 +9,7 @@
 namespace gonio::test {
 namespace {
 
-constexpr int kSide = 64;
+constexpr int kUnlitSide = 64;
 
 // A grey square of 4 m that faces the camera, which is 3 m away.
 Scene grey_square(float reflectance, const glm::vec3& emissive_nit = glm::vec3(0.0f)) {
@@ -18,7 +18,7 @@ Scene grey_square(float reflectance, const glm::vec3& emissive_nit = glm::vec3(0
                    isotropic(100.0), {0, 0, 1});
     scene.lights.clear();
     scene.camera = {{0, 0, 3}, {0, 0, 0}, 0.8};
-    scene.width_px = scene.height_px = kSide;
+    scene.width_px = scene.height_px = kUnlitSide;
     return scene;
 }
 
@@ -31,7 +31,8 @@ Frame frame_of(Renderer& renderer, const Scene& scene) {
     for (bool settled = false, first = true; !settled; first = false) {
         renderer.begin_frame(scene, monotonic_ns());
         const auto done = renderer.finish_frame(true);
-        if (done->nv12) last.luma = (*done->nv12)[static_cast<std::size_t>(kSide) * kSide / 2 + kSide / 2];
+        if (done->nv12)
+            last.luma = (*done->nv12)[static_cast<std::size_t>(kUnlitSide) * kUnlitSide / 2 + kUnlitSide / 2];
         for (const v1::PassReport& row : done->report.passes())
             if (first && row.state() == "ran") last.ran.insert(row.name());
         settled = done->report.settled();
@@ -72,13 +73,53 @@ TEST_P(WorkLight, IsNoLightOfTheScene) {
         for (std::size_t i = 0; i < raw->values.size(); ++i)
             EXPECT_EQ(raw->values[i], i % 4 == 3 ? 1.0f : 0.0f) << view_name(view);
     }
-    const auto still = renderer.capture(scene, View::beauty, 8, 8, false);
-    EXPECT_LE(still->rgba8[4 * (4 * 8 + 4)], 1);
+    const auto direct = renderer.capture(scene, View::direct, 8, 8, false);
+    EXPECT_LE(direct->rgba8[4 * (4 * 8 + 4)], 1);
     scene.view = View::direct;
     scene.view_rev = ++scene.scene_rev;
     EXPECT_LT(frame_of(renderer, scene).luma, 20) << "of direct light there is none";
-    EXPECT_GT(frame_of(renderer, grey_square(0.5f, glm::vec3(1.0f))).luma, 16);
-    EXPECT_FALSE(work_light_on(grey_square(0.5f, glm::vec3(1.0f)))) << "a surface emits light";
+}
+
+// sRGB of 0.7 · 0.5 on a square that faces the camera: 0.627 of 255.
+TEST_P(WorkLight, IsInStillsAtEveryExposureAndWhateverTheLiveView) {
+    Renderer renderer(context(), GetParam());
+    make_coarse(renderer);
+    Scene scene = grey_square(0.5f);
+    const auto code = [&] { return int{renderer.capture(scene, View::beauty, 8, 8, false)->rgba8[4 * (4 * 8 + 4)]}; };
+    for (const double ev100 : {6.0, -3.0}) {
+        scene.exposure_ev100 = ev100;
+        EXPECT_NEAR(code(), 160, 2);
+    }
+    scene.view = View::illuminance;
+    EXPECT_NEAR(code(), 160, 2);
+    scene.work_light = false;
+    EXPECT_LE(code(), 1) << "it is switched off";
+}
+
+// Where surfaces merely glow, up to 1 cd/m² as glTF's emissiveFactor says it alone, their glow is added as exposed:
+// 1 cd/m² at EV 3 is 1/9.6 of white. Then nothing changes for a surface that lights a room.
+TEST_P(WorkLight, ShowsWhatIsBesideAGlow) {
+    Renderer renderer(context(), GetParam());
+    make_coarse(renderer);
+    Scene scene = grey_square(0.5f, glm::vec3(1.0f));
+    scene.exposure_ev100 = 3.0;
+    EXPECT_TRUE(work_light_on(scene));
+    EXPECT_NEAR(frame_of(renderer, scene).luma, luma_of(0.7 * 0.5 + 1.0 / 9.6), 2.0);
+    const auto still = renderer.capture(scene, View::beauty, 8, 8, false);
+    EXPECT_NEAR(still->rgba8[4 * (4 * 8 + 4)], 255 * (1.055 * std::pow(0.7 * 0.5 + 1.0 / 9.6, 1 / 2.4) - 0.055), 2.0);
+    EXPECT_FALSE(work_light_on(grey_square(0.5f, glm::vec3(1.01f)))) << "a surface lights the scene";
+}
+
+TEST_P(WorkLight, ShowsTheBodiesOfLuminairesAlone) {
+    auto asset = std::make_shared<SceneAsset>();
+    asset->materials.emplace_back();
+    asset->bounds = {glm::dvec3(-1.0), glm::dvec3(1.0)};
+    asset->lights.push_back({.name = "spot", .profile = isotropic(100.0)});
+    Scene scene = scene_of(asset);
+    EXPECT_TRUE(work_light_on(scene));
+    scene = grey_square(0.5f);
+    scene.lights = scene_of(asset).lights;
+    EXPECT_FALSE(work_light_on(scene)) << "they light the square";
 }
 
 TEST_P(WorkLight, CostsAComposite) {

@@ -87,11 +87,8 @@ class Receiver:
         return [picture for picture in self.pictures if IDR in picture[2]]
 
 
-class Relays(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.goniod = Goniod(GONIOD, '--size', '320x240', '--renderer', 'null', '--key-interval', '0.1')
-        cls.addClassCleanup(cls.goniod.stop)
+class Relaying(unittest.TestCase):
+    goniod = None  # where a test has none of its own
 
     def setUp(self):
         self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
@@ -111,6 +108,13 @@ class Relays(unittest.TestCase):
         receiver = Receiver()
         self.addCleanup(receiver.close)
         return receiver
+
+
+class Relays(Relaying):
+    @classmethod
+    def setUpClass(cls):
+        cls.goniod = Goniod(GONIOD, '--size', '320x240', '--renderer', 'null', '--key-interval', '0.1')
+        cls.addClassCleanup(cls.goniod.stop)
 
     def test_rtp_has_key_frames_while_nothing_moves(self):
         receiver = self.receiver()
@@ -185,29 +189,6 @@ class Relays(unittest.TestCase):
         finally:
             subprocess.run([GONIO, '--server', self.goniod.url, 'set', 'size', '320x240'], check=True, stdout=subprocess.DEVNULL)
 
-    def test_a_new_token_is_read_and_a_wrong_one_seldom_shown(self):
-        token = self.folder / 'token'
-        token.write_text('0123456789abcdef')
-        goniod = Goniod(GONIOD, '--renderer', 'null', '--size', '64x64', '--token-file', str(token))
-        self.addCleanup(goniod.stop)
-        self.relay('--annexb', stdout=subprocess.DEVNULL, before=['--token-file', str(token)], url=goniod.url)
-        get = [GONIO, '--server', goniod.url, '--token-file', str(token), 'get', 'scene_rev']
-        until(lambda: subprocess.run(get, capture_output=True).returncode == 0, 10, 'it serves')
-        time.sleep(1)
-        token.write_text('fedcba9876543210')
-        goniod.reload()
-        until(lambda: 'connected again' in self.said(), 10, 'it shows the new token')
-        client = self.folder / 'client-token'  # of the relay and nobody else
-        client.write_text('fedcba9876543210')
-        self.relay('--annexb', stdout=subprocess.DEVNULL, before=['--token-file', str(client)], url=goniod.url)
-        time.sleep(1)
-        token.write_text('00112233445566778899')
-        goniod.reload()
-        until(lambda: 'the token is wrong' in self.said(), 10, 'it says why it is out')
-        for _ in range(20):  # s, in which it tried every 8 s at the latest
-            self.assertEqual(subprocess.run(get, capture_output=True).returncode, 0, 'its address is not shut out')
-            time.sleep(1)
-
     def test_a_full_pipe_ends_with_the_signal(self):
         process = subprocess.Popen([GONIO, '--server', self.goniod.url, 'relay', '--annexb', '--key-every', '0.5'],
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE)
@@ -236,5 +217,34 @@ class Relays(unittest.TestCase):
         self.assertIn(b'Nobody reads', got.stderr)
 
 
+class Tokens(Relaying):
+    def test_a_new_token_is_read_and_a_wrong_one_seldom_shown(self):
+        token = self.folder / 'token'
+        token.write_text('0123456789abcdef')
+        goniod = Goniod(GONIOD, '--renderer', 'null', '--size', '64x64', '--token-file', str(token))
+        self.addCleanup(goniod.stop)
+        self.relay('--annexb', stdout=subprocess.DEVNULL, before=['--token-file', str(token)], url=goniod.url)
+        get = [GONIO, '--server', goniod.url, '--token-file', str(token), 'get', 'scene_rev']
+        until(lambda: subprocess.run(get, capture_output=True).returncode == 0, 10, 'it serves')
+        time.sleep(1)
+        token.write_text('fedcba9876543210')
+        goniod.reload()
+        until(lambda: 'connected again' in self.said(), 10, 'it shows the new token')
+        client = self.folder / 'client-token'  # of the relay and nobody else
+        client.write_text('fedcba9876543210')
+        self.relay('--annexb', stdout=subprocess.DEVNULL, before=['--token-file', str(client)], url=goniod.url)
+        time.sleep(1)
+        token.write_text('00112233445566778899')
+        goniod.reload()
+        until(lambda: 'the token is wrong' in self.said(), 10, 'it says why it is out')
+        for _ in range(20):  # s, in which it tried every 8 s at the latest
+            self.assertEqual(subprocess.run(get, capture_output=True).returncode, 0, 'its address is not shut out')
+            time.sleep(1)
+
+
 if __name__ == '__main__':
-    unittest.main(argv=sys.argv[:1] + sys.argv[3:])
+    # The token's test waits for twenty seconds: the others run meanwhile.
+    classes = sys.argv[3:] or ['Tokens', 'Relays']
+    beside = [subprocess.Popen([sys.executable, *sys.argv[:3], each]) for each in classes[:-1]]
+    here = unittest.main(argv=[sys.argv[0], classes[-1]], exit=False).result.wasSuccessful()
+    sys.exit(0 if all([process.wait() == 0 for process in beside]) and here else 1)

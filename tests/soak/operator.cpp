@@ -12,7 +12,11 @@ using conformance::Clock;
 
 namespace {
 constexpr std::size_t kMostWaiting = 16;  // answers; servers bound them
+
+std::string shortened(const google::protobuf::Message& message) {
+    return message.ShortDebugString().substr(0, 120);
 }
+}  // namespace
 
 Operator::Operator(std::uint16_t port) : peer_(std::make_unique<conformance::RawPeer>(port)) {
     const auto until = Clock::now() + std::chrono::seconds(10);
@@ -29,6 +33,12 @@ void Operator::say(const v1::ClientMessage& message) {
     peer_->send(conformance::frame(conformance::kBinary, "\x01" + message.SerializeAsString()));
 }
 
+void Operator::request(v1::ClientMessage message, int kind) {
+    message.set_request_id(next_id_++);
+    waiting_[message.request_id()] = {shortened(message), kind};
+    say(message);
+}
+
 void Operator::send(const v1::Command& command) {
     for (const auto until = Clock::now() + std::chrono::seconds(10); waiting_.size() >= kMostWaiting;) {
         if (Clock::now() > until) throw std::runtime_error("the server does not answer");
@@ -38,7 +48,7 @@ void Operator::send(const v1::Command& command) {
     v1::ClientMessage message;
     message.set_request_id(next_id_++);
     *message.mutable_command() = command;
-    waiting_[message.request_id()] = command.ShortDebugString().substr(0, 120);
+    waiting_[message.request_id()] = {shortened(command)};
     say(message);
 }
 
@@ -50,8 +60,15 @@ void Operator::take(const std::string& payload) {
     if (message->request_id() == reply_to_) reply_ = *message;
     const auto asked = waiting_.find(message->request_id());
     if (asked == waiting_.end()) return;
-    if (message->has_result() && message->result().code() != "ok")
-        refusals_.push_back(message->result().code() + ": " + message->result().message() + " (" + asked->second + ")");
+    const bool refused = message->has_result() && message->result().code() != "ok";
+    const std::string why =
+        refused ? message->result().code() + ": " + message->result().message() + " (" + asked->second.text + ")" : "";
+    if (asked->second.kind >= 0)
+        answers_.push_back({asked->second.kind,
+                            std::chrono::duration<double, std::milli>(Clock::now() - asked->second.at).count(),
+                            refused ? message->result().code() : "ok", why});
+    else if (refused)
+        refusals_.push_back(why);
     if (message->has_result()) newest_rev_ = std::max(newest_rev_, message->result().scene_rev());
     waiting_.erase(asked);
 }
@@ -79,7 +96,7 @@ std::optional<v1::ServerMessage> Operator::ask(v1::ClientMessage message, std::c
     reply_.reset();
     reply_to_ = next_id_++;
     message.set_request_id(reply_to_);
-    waiting_[reply_to_] = message.ShortDebugString().substr(0, 120);
+    waiting_[reply_to_] = {shortened(message)};
     say(message);
     for (const auto until = Clock::now() + time; !reply_ && connected() && Clock::now() < until;) {
         const auto heard = peer_->read_frame(Clock::now() + std::chrono::milliseconds(20));

@@ -9,8 +9,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <future>
 #include <numbers>
 #include <random>
@@ -22,6 +20,8 @@
 #include "tests/e2e/daemon_process.h"
 #include "tests/e2e/largest_files.h"
 #include "tests/load/swarm.h"
+#include "tests/soak/footprint.h"
+#include "tests/soak/http_answer.h"
 #include "tests/soak/metrics_text.h"
 #include "tests/soak/operator.h"
 #include "tests/throttle/throttle_proxy.h"
@@ -56,38 +56,6 @@ std::string loss_every() {
     return minutes_wanted() < 2 ? "60" : "600";
 }
 
-struct Footprint {
-    double minute = 0, resident_mib = 0;
-    double anonymous_mib =
-        0;  // of it what the process wrote itself; pages of libraries come and go with the machine's memory
-    std::size_t descriptors = 0;
-};
-
-Footprint footprint(pid_t pid, double minute) {
-    const std::string process = "/proc/" + std::to_string(pid);
-    Footprint result;
-    result.minute = minute;
-    std::ifstream status(process + "/status");
-    for (std::string line; std::getline(status, line);) {
-        if (line.starts_with("VmRSS:")) result.resident_mib = std::atof(line.c_str() + 6) / 1024;
-        if (line.starts_with("RssAnon:")) result.anonymous_mib = std::atof(line.c_str() + 8) / 1024;
-    }
-    const auto count = [](const std::string& folder) {
-        const std::filesystem::directory_iterator all(folder);
-        return static_cast<std::size_t>(std::distance(begin(all), end(all)));
-    };
-    result.descriptors = count(process + "/fd");
-    return result;
-}
-
-// Lights that come and go take and give back tens of megabytes: it is the mean that must not grow.
-// Of some samples: what the largest files take while they are loaded is in few of them.
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
 // Result: what is wrong with the still, "" for nothing; it must hold `rev` or something newer.
 std::string fetch_still(std::uint16_t port, std::uint32_t rev) {
     RawPeer peer(port);
@@ -100,17 +68,6 @@ std::string fetch_still(std::uint16_t port, std::uint32_t rev) {
     const std::size_t bytes = std::stoul(head.substr(length + 16));
     const std::string image = peer.read_bytes(bytes, until);
     return image.size() == bytes && image.starts_with("\xff\xd8\xff") ? "" : "a still that is no JPEG";
-}
-
-// Result: the answer's status and body; 0 where none came.
-std::pair<int, std::string> answer_of(std::uint16_t port, const std::string& request) {
-    RawPeer peer(port);
-    const auto until = Clock::now() + 20s;
-    peer.send(request);
-    const std::string head = peer.read_head(until);
-    const std::size_t length = head.find("Content-Length: ");
-    if (!head.starts_with("HTTP/1.1 ") || length == std::string::npos) return {0, ""};
-    return {std::stoi(head.substr(9)), peer.read_bytes(std::stoul(head.substr(length + 16)), until)};
 }
 
 class Soak : public testing::Test {
@@ -196,9 +153,7 @@ protected:
         const bool large = !kSanitized && scenes_ % 4 == 2;  // under sanitizers it takes minutes
         const std::string name = large ? "hills.glb" : "soak.gltf",
                           scene = large ? test::hills_glb(800) : test::floor_gltf(any(0.2, 0.8));
-        const auto [status, said] =
-            answer_of(port_, "PUT /v1/uploads/" + name + " HTTP/1.1\r\nHost: localhost\r\nContent-Length: " +
-                                 std::to_string(scene.size()) + "\r\n\r\n" + scene);
+        const auto [status, said] = put_upload(port_, name, scene);
         ASSERT_TRUE(status == 200 || status == 201) << status << " " << said;
         for (const std::string& file : {"upload:" + name, std::string("cornell")}) {
             v1::Command load;
@@ -209,7 +164,7 @@ protected:
         ++scenes_;
     }
     void scrape() {
-        const auto [status, text] = answer_of(port_, "GET /metrics HTTP/1.1\r\nHost: localhost\r\n\r\n");
+        const auto [status, text] = http_answer(port_, "GET /metrics HTTP/1.1\r\nHost: localhost\r\n\r\n");
         ASSERT_EQ(status, 200);
         EXPECT_EQ(metrics_fault(text), "");
         for (const char* name : {"gonio_frames_rendered_total", "gonio_render_seconds_count",
@@ -344,15 +299,9 @@ TEST_F(Soak, StaysCurrentAndOfOneSize) {
     EXPECT_EQ(operator_.refusals().size(), 0u)
         << "refused, first: " << (operator_.refusals().empty() ? "" : operator_.refusals().front());
 
-    // Flat: from a quarter of the time, when all caches are full, to the last quarter.
-    std::vector<double> early, late;
-    for (const Footprint& sample : samples) {
-        if (sample.minute > 0.25 * minutes && sample.minute <= 0.5 * minutes) early.push_back(sample.resident_mib);
-        if (sample.minute > 0.75 * minutes) late.push_back(sample.resident_mib);
-    }
-    const double growth = early.empty() || late.empty() ? 0 : median(late) / median(early) - 1;
+    const Growth growth = growth_of(samples, 0, minutes);
     if (minutes >= 5) {
-        EXPECT_LT(growth, 0.05) << "resident memory grows";
+        EXPECT_LT(growth.ratio(), 0.05) << "resident memory grows";
     }
     std::printf(
         "soak: %.1f min, %llu answers, %llu frames to viewers, %llu comings and goings, %llu uploads, %llu scenes, "
@@ -363,8 +312,9 @@ TEST_F(Soak, StaysCurrentAndOfOneSize) {
         minute(), static_cast<unsigned long long>(operator_.answered()), static_cast<unsigned long long>(frames_),
         static_cast<unsigned long long>(joins_), static_cast<unsigned long long>(uploads_),
         static_cast<unsigned long long>(scenes_), static_cast<unsigned long long>(stills_), losses_,
-        static_cast<unsigned long long>(pauses_), early.empty() ? samples.front().resident_mib : median(early),
-        late.empty() ? samples.back().resident_mib : median(late), 100 * growth, descriptors, left,
+        static_cast<unsigned long long>(pauses_),
+        growth.early_mib > 0 ? growth.early_mib : samples.front().resident_mib,
+        growth.late_mib > 0 ? growth.late_mib : samples.back().resident_mib, 100 * growth.ratio(), descriptors, left,
         load::percentile_ms(latency_us_, 0.5), load::percentile_ms(latency_us_, 0.99));
     EXPECT_EQ(daemon_.stop(), 0);
 }

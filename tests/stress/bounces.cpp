@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ies/web.h"
 #include "tests/stress/drive.h"
 
 namespace gonio::stress {
 namespace {
 
-constexpr double kPi = std::numbers::pi, kRadius = 2.0;
+using ies::kPi;
+
+constexpr double kRadius = 2.0;
 
 Placed ball(double rho, double scale) {
     static const Mesh mesh = test::inward_sphere(kRadius, 96);

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "ies/web.h"
 #include "server/trace/path.h"
 #include "server/trace/sampler.h"
 #include "server/trace/sources.h"
@@ -17,7 +18,7 @@
 namespace gonio::stress {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using ies::kPi;
 constexpr double kCandela = 100.0;  // of the isotropic luminaire in all rooms but the random ones
 constexpr double kGap_m = 1e-3;     // between a wall and the meter that faces away from it
 

@@ -1,13 +1,14 @@
 // Luminaires, cameras and meters where they touch, cross or leave surfaces; receivers close to bright texels.
 #include <algorithm>
 
+#include "ies/web.h"
 #include "tests/stress/drive.h"
 
 namespace gonio::stress {
 namespace {
 
 using Quality = Renderer::MeterQuality;
-constexpr double kPi = std::numbers::pi;
+using ies::kPi;
 
 std::string metres(double m) {
     char text[32];

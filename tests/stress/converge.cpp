@@ -2,6 +2,7 @@
 // over them is the renderer's own.
 #include <algorithm>
 
+#include "ies/web.h"
 #include "server/render/rsm_texels.h"
 #include "shaders/lib/as_cpp.h"
 #include "tests/stress/drive.h"
@@ -9,7 +10,7 @@
 namespace gonio::stress {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using ies::kPi;
 
 struct Seen {
     double distance = 0.0;  // 0: nothing

@@ -2,13 +2,14 @@
 // coordinates without area, normals of zero length, albedo 0 and 1, emitters like the sun.
 #include <algorithm>
 
+#include "ies/web.h"
 #include "tests/stress/drive.h"
 
 namespace gonio::stress {
 namespace {
 
 using Quality = Renderer::MeterQuality;
-constexpr double kPi = std::numbers::pi;
+using ies::kPi;
 
 // A web with I0 from the axis to half_rad, falling linearly to 0 over edge_rad.
 std::shared_ptr<const Profile> pencil(double half_rad, double edge_rad) {

@@ -2,6 +2,7 @@
 // Truth is the integrating sphere in closed form: direct I cos / d², one bounce rho · flux / (4 pi R²) everywhere.
 #include <algorithm>
 
+#include "ies/web.h"
 #include "tests/scenes/show.h"
 #include "tests/stress/drive.h"
 
@@ -9,7 +10,7 @@ namespace gonio::stress {
 namespace {
 
 using Quality = Renderer::MeterQuality;
-constexpr double kPi = std::numbers::pi;
+using ies::kPi;
 constexpr double kRadius = 2.0, kRho = 0.5, kCandela = 1000.0;
 const glm::dvec3 kLight(0.5, 0.3, 0.4), kEye(-0.3, 0.1, 0.2), kLook(0.2, -0.1, -2.0);
 

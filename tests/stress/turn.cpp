@@ -7,6 +7,7 @@
 
 #include "ies/photometry_file.h"
 #include "ies/synthetic.h"
+#include "ies/web.h"
 #include "server/assets/assets.h"
 #include "shaders/lib/as_cpp.h"
 #include "tests/stress/drive.h"
@@ -15,7 +16,7 @@ namespace gonio::stress {
 namespace {
 
 using Quality = Renderer::MeterQuality;
-constexpr double kPi = std::numbers::pi;
+using ies::kPi;
 
 glm::dquat random_turn(std::mt19937_64& random) {
     // Shoemake 1992: uniform over all rotations.

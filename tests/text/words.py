@@ -29,9 +29,13 @@ def pattern_of(word):
 
 def found(name, text, words):
     """A line for each retired word of a source."""
-    return [f'{name}:{number}: {match[0]}; say {words[word]}'
-            for number, line in enumerate(names_of(text).split('\n'), 1) for word in words
-            for match in re.finditer(pattern_of(word), line)]
+    text = names_of(text)
+    # Few words stand anywhere in a source; only those are looked for line by line.
+    whole = text.lower()
+    here = [(re.compile(pattern_of(word)), words[word]) for word in words if word.strip('…').lower() in whole]
+    return [f'{name}:{number}: {match[0]}; say {now}'
+            for number, line in enumerate(text.split('\n'), 1) for pattern, now in here
+            for match in pattern.finditer(line)]
 
 
 def main(root):

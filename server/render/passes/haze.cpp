@@ -20,6 +20,15 @@ lighting::AirlightSource source_of(const PassContext& context, const Light& ligh
     return {direct_light_of(context, light, gpu), &gpu.distances, gpu.web->tables->core_cos};
 }
 
+// The same as surfaces receive it. What is scattered again on its way to them is neither taken from it nor added, as
+// between surfaces: in even light the two are the same. Only what the air absorbs is lost.
+lighting::AirlightSource source_onto_surfaces(const PassContext& context, const Light& light, const LightGpu& gpu) {
+    lighting::AirlightSource source = source_of(context, light, gpu);
+    source.beyond_ratio = 1.0f - source.light.air.albedo;
+    source.least_m = 1e-6f;  // rays are spread over the angle about the luminaire, and its 1/h is no peak
+    return source;
+}
+
 // How far rays go that meet nothing, m.
 float beyond(const PassContext& context) {
     return std::max(1e4f, 10.0f * context.traced.extent());
@@ -58,7 +67,8 @@ PassRun run_haze_surfels(const PassContext& context, const Light& light, LightGp
     gpu.moves = true;
     if (!context.has_surfels() || light.sun) return {};
     lighting::haze_at_surfels(context.transport->surface->surfels, *context.haze_points, context.traced,
-                              source_of(context, light, gpu), beyond(context), gpu.surfel_haze, context.pool);
+                              source_onto_surfaces(context, light, gpu), beyond(context), gpu.surfel_haze,
+                              context.pool);
     return {};
 }
 
@@ -66,7 +76,7 @@ double haze_at_point(const PassContext& context, const Light& light, const Light
     if (light.sun || !context.haze) return 0.0;
     const glm::vec3 p = context.traced.local(context.eye.position + context.eye.forward), n(-context.eye.forward),
                     start = p + n * (4.0f * context.traced.step_off(p));
-    const float found = lighting::haze_at_point(p, n, start, context.traced, source_of(context, light, gpu),
+    const float found = lighting::haze_at_point(p, n, start, context.traced, source_onto_surfaces(context, light, gpu),
                                                 beyond(context), context.pool);
     return static_cast<double>(found / context.geometry.layer_unit_m2());
 }
@@ -85,6 +95,12 @@ PassRun run_probes(const PassContext& context, lighting::Probes& probes) {
 PassRun run_air_view(const PassContext& context, const Surfaces& surfaces, lighting::AirView& view) {
     const bool live = context.target.kind == TargetKind::live;
     lighting::look_into_air(surfaces.gbuffer, live ? lighting::kStep : 1, beyond(context), view, context.pool);
+    return {};
+}
+
+PassRun run_seen_probes(const PassContext& context, std::vector<std::uint8_t>& seen) {
+    seen = lighting::seen_probes(*context.probes, context.traced, context.traced.local(context.eye.position),
+                                 context.pool);
     return {};
 }
 
@@ -196,7 +212,8 @@ Terms terms_of(const PassContext& context, std::span<const LightGpu* const> ligh
 }
 
 // Result: what the rays of the view collect; it stands until this thread asks again.
-const lighting::Planes& sum_of(const PassContext& context, const Terms& terms, const lighting::AirRays& rays) {
+const lighting::Planes& sum_of(const PassContext& context, const Terms& terms, const ScreenAir& view) {
+    const lighting::AirRays& rays = view.view.rays;
     static thread_local lighting::Planes kept(3);
     static thread_local lighting::Glow kept_glow;
     lighting::Planes& sum = kept;  // this thread's, in jobs too
@@ -205,6 +222,7 @@ const lighting::Planes& sum_of(const PassContext& context, const Terms& terms, c
     glow.assign(terms.glow.empty() ? 0 : context.probes->size(), glm::vec3(0.0f));
     for (const auto& [own, weight] : terms.glow)
         for (std::size_t i = 0; i < std::min(own->size(), glow.size()); ++i) glow[i] += weight * (*own)[i];
+    if (!glow.empty()) lighting::hide_unseen(*context.probes, view.seen_probes, glow);
     const lighting::PackedGlow packed = lighting::pack_glow(glow);
     const lighting::Air air = lighting::air_of(context.haze);
     constexpr std::size_t kChunk = 64 * lighting::kSimdWidth;
@@ -237,7 +255,7 @@ const lighting::AirPicture* air_picture(const PassContext& context, View view, s
     const std::array<std::uint64_t, 2> passes_of{key[0], context.scene.haze_rev};
     context.pass_cache.hold(made, std::move(key));
     lighting::show_air(surfaces.gbuffer, lighting::air_of(context.haze), air.view,
-                       {sum_of(context, terms, air.view.rays), terms.near}, passes_of, air.picture, context.pool);
+                       {sum_of(context, terms, air), terms.near}, passes_of, air.picture, context.pool);
     return &air.picture;
 }
 
@@ -249,8 +267,8 @@ std::vector<glm::vec3> shown_beams(const PassContext& context, std::span<const L
     std::vector<std::uint64_t> key;
     const Terms terms = terms_of(context, lights, light, air, false, key);
     lighting::AirPicture picture;
-    lighting::show_air(s, lighting::air_of(context.haze), air.view, {sum_of(context, terms, air.view.rays), terms.near},
-                       {}, picture, context.pool);
+    lighting::show_air(s, lighting::air_of(context.haze), air.view, {sum_of(context, terms, air), terms.near}, {},
+                       picture, context.pool);
     const auto rows = static_cast<std::size_t>(s.height), columns = static_cast<std::size_t>(s.width);
     for (std::size_t y = 0; y < rows; ++y)
         for (std::size_t x = 0; x < columns; ++x)

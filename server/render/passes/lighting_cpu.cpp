@@ -411,7 +411,8 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
     const double gain = view == View::indirect ? scene.view_gain : 1.0;
     const double shown_per_lux = gain / (1.2 * std::numbers::pi * std::exp2(stop)),
                  unit = static_cast<double>(context.geometry.layer_unit_m2());
-    if (context.merged) {
+    const bool work_light = view == View::beauty && shows_work_light(context);  // in place of all other light
+    if (context.merged && !work_light) {
         const auto factor =
             static_cast<float>(static_cast<double>(light.merged.reference) / unit * shown_per_lux * rest);
         if (direct) others.push_back({light.merged.direct.data(), glm::vec3(factor)});
@@ -419,7 +420,7 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
     } else {
         std::vector<lighting::LayerTerm> terms;
         for (std::size_t i = 0; i < lights.size(); ++i) {
-            if (context.layers[i] < 0) continue;
+            if (work_light || context.layers[i] < 0) continue;
             const glm::dvec3 steps =
                 context.layer_weight(scene.lights[i]) *
                 (peak_of(context, scene.lights[i], *lights[i]) / unit * shown_per_lux * kFixedPointSteps);
@@ -455,6 +456,7 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
         }
     }
     for (const std::size_t part : {0u, 1u}) {
+        if (work_light) break;
         for (const Besides* besides : {&light.emitted, &light.summed}) {
             const float gain_lx =
                 (besides == &light.summed ? static_cast<float>(scene.master_ratio) : 1.0f) * besides->unit_lx[part];
@@ -463,7 +465,7 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
                     {besides->pixels[part].data(), glm::vec3(gain_lx * static_cast<float>(shown_per_lux * rest))});
         }
     }
-    if (view == View::beauty && shows_work_light(context)) {
+    if (work_light) {
         shade_to_camera(s, composed.work_light, context.pool);
         others.push_back({composed.work_light.data(), glm::vec3(static_cast<float>(kWorkLightShown))});
     }

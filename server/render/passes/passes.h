@@ -167,6 +167,7 @@ PassRun run_haze_points(const PassContext& context, lighting::HazePoints& points
 PassRun run_probes(const PassContext& context, lighting::Probes& probes);
 lighting::AirBox air_box_of(const PassContext& context);  // that the probes fill
 PassRun run_air_view(const PassContext& context, const Surfaces& surfaces, lighting::AirView& view);
+PassRun run_seen_probes(const PassContext& context, std::vector<std::uint8_t>& seen);
 PassRun run_airlight(const PassContext& context, const Light& light, const LightGpu& gpu, const Surfaces& surfaces,
                      const lighting::AirView& view, lighting::Beam& out);
 PassRun run_airlight_summed(const PassContext& context, std::span<const LightGpu* const> lights,
@@ -203,8 +204,8 @@ bool openings_in_view(const Scene& scene, const Eye& eye);
 PassRun run_openings(const PassContext& context, const Surfaces& surfaces, std::vector<lighting::OpeningPixel>& seen);
 // Result: at the luminaires' weights; of another view none.
 std::vector<lighting::ShiningPixel> shown_openings(const PassContext& context, View view, const PixelLight& light);
-// The work light (work_light_on): whether the picture shows it, which captures never do. Also the display-linear value
-// that it gives to a white surface that faces the camera, at every exposure.
+// The work light (needs_work_light): whether the target's beauty view shows it, which values never do. Also the
+// display-linear value that it gives to a white surface that faces the camera, at every exposure.
 bool shows_work_light(const PassContext& context);
 inline constexpr double kWorkLightShown = 0.7;
 // All light on the CPU -> NV12 on the CPU: the beauty, direct and indirect views.

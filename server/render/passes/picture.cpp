@@ -70,7 +70,7 @@ gl::Texture openings_texture(std::span<const lighting::ShiningPixel> openings, g
 }  // namespace
 
 bool shows_work_light(const PassContext& context) {
-    return context.target.kind == TargetKind::live && work_light_on(context.scene);
+    return context.target.kind != TargetKind::precise && needs_work_light(context.scene);
 }
 
 PassRun run_composite(const PassContext& context, View view, const LightGpu* shown,

@@ -124,8 +124,9 @@ struct MeterLight {
 // Of the passes of haze, along the rays of the view or at its probes. Units: as of the light that is scattered.
 struct ScreenAir {
     lighting::AirView view;
-    std::vector<lighting::Beam> beams;  // by layer: of a luminaire
-    lighting::Planes summed_beams;      // rgb, of luminaires without a layer, cd/m² at the master's full level
+    std::vector<std::uint8_t> seen_probes;  // of PassContext::probes, by the view's eye
+    std::vector<lighting::Beam> beams;      // by layer: of a luminaire
+    lighting::Planes summed_beams;          // rgb, of luminaires without a layer, cd/m² at the master's full level
     struct SummedNear {
         lighting::NearAir air;
         glm::vec3 weight;

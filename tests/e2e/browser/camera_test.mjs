@@ -215,11 +215,11 @@ async function follows(page) {
 }
 
 await inBrowser(async (browser, servers) => {
-    servers.push(await startServer("127.0.0.1:0", ["--size", "400x400"]));
-    const open = async (options) => {
+    servers.push(await startServer("127.0.0.1:0", ["--renderer", "null", "--size", "400x400"]));
+    const open = async (options, server = servers[0]) => {
         const page = await browser.newPage(options);
         listen(page);
-        await page.goto(servers[0].url);
+        await page.goto(server.url);
         await until("the first picture", () => page.evaluate(() => window.gonio?.framesDecoded > 0));
         return page;
     };
@@ -232,6 +232,10 @@ await inBrowser(async (browser, servers) => {
     await saved(page, other);
     await other.close();
     await size(page);
-    await follows(page);
-    if (screenshot) await page.screenshot({path: screenshot});
+    await page.close();
+    // How soon pictures follow is asked of those that are rendered.
+    servers.push(await startServer("127.0.0.1:0", ["--size", "400x400"]));
+    const rendered = await open({viewport: {width: 1280, height: 900}}, servers[1]);
+    await follows(rendered);
+    if (screenshot) await rendered.screenshot({path: screenshot});
 });

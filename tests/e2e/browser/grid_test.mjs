@@ -37,7 +37,7 @@ async function drawAndRead(page) {
     await until("the plan", () => page.locator("#grid-plan").evaluate((image) => image.complete && image.naturalWidth > 0));
     const [download] = await Promise.all([page.waitForEvent("download"), page.locator("#grid-csv").click()]);
     const lines = (await savedBytes(download)).toString().trim().split("\n");
-    check(lines.length === values.values_lx.length + 1 && lines[0] === "i,j,x_m,y_m,z_m,lx", "CSV has a line for each point");
+    check(lines.length === values.values_lx.length + 1 && lines[0] === "i,j,x_m,y_m,z_m,lx,left_out", "CSV has a line for each point");
 }
 
 async function typeOne(page) {

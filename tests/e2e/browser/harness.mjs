@@ -27,6 +27,7 @@ if (!playwright) {
 const children = new Set();
 process.on("exit", () => { for (const child of children) child.kill("SIGKILL"); });
 
+// Tests that look at no pixel of the picture give `--renderer null`: every bounce of its light takes ten seconds of a core.
 export function startServer(listen, more = []) {
     return new Promise((resolve, reject) => {
         const child = spawn(binary, ["--listen", listen, "--scene", "cornell", ...more], {stdio: ["ignore", "pipe", "pipe"]});

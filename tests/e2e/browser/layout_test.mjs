@@ -19,7 +19,7 @@ const kTags = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-pra
 // Of the page, or of a part of it.
 async function findings(page, part) {
     return page.evaluate(async ({tags, part}) => {
-        const {violations} = await axe.run(part ?? document, {runOnly: tags, rules: {"target-size": {enabled: true}}});
+        const {violations} = await axe.run(part ?? document, {runOnly: tags, resultTypes: ["violations"], rules: {"target-size": {enabled: true}}});
         return violations.filter(({impact}) => impact !== "minor").map(({id, impact, nodes}) =>
             `${impact} ${id}: ${nodes.slice(0, 4).map(({target, any}) => `${target.join(" ")} ${any[0]?.message ?? ""}`).join(" | ")}`);
     }, {tags: kTags, part});
@@ -99,6 +99,12 @@ async function run(browser, server, size, scheme) {
     await page.locator("#scene select").selectOption("");
     await page.locator("#scene form input").fill("/no/such/file.glb");
     await page.locator("#scene form input").press("Enter");
+    if (await page.evaluate(() => window.gonio.state.show.unsaved)) {
+        await page.locator("#unsaved-dialog").waitFor();
+        await shots(page, `${size}-${scheme}-unsaved`);
+        await look(page, `what is not saved: ${at}`, "#unsaved-dialog");
+        await page.locator("#unsaved-discard").click();
+    }
     await page.locator(".toast").waitFor();
     await shots(page, `${size}-${scheme}-refused`);
     await look(page, `what was refused: ${at}`);
@@ -122,7 +128,7 @@ async function run(browser, server, size, scheme) {
 async function locked(browser) {
     const token = join(mkdtempSync(join(tmpdir(), "gonio-")), "token");
     writeFileSync(token, "a-token-for-this-test\n", {mode: 0o600});
-    const server = await startServer("127.0.0.1:0", ["--token-file", token]);
+    const server = await startServer("127.0.0.1:0", ["--renderer", "null", "--token-file", token]);
     for (const [size, [width, height]] of Object.entries(kSizes)) {
         for (const colorScheme of schemes(size)) {
             const page = await browser.newPage({viewport: {width, height}, colorScheme});
@@ -184,7 +190,7 @@ async function keyboard(browser, server) {
 }
 
 await inBrowser(async (browser, servers) => {
-    servers.push(await startServer("127.0.0.1:0", ["--size", "400x400"]));
+    servers.push(await startServer("127.0.0.1:0", ["--renderer", "null", "--size", "400x400"]));
     for (const size of Object.keys(kSizes)) for (const scheme of schemes(size)) await run(browser, servers[0], size, scheme);
     await locked(browser);
     await themes(browser, servers[0]);

@@ -21,7 +21,7 @@ await inBrowser(async (browser, servers) => {
     writeFileSync(join(folder, "broken.ies"), "this is no photometry\n");
     writeFileSync(join(outside, "secret.ies"), lm63("Secret", 1));
     symlinkSync(join(outside, "secret.ies"), join(folder, "link.ies"));
-    servers.push(await startServer("127.0.0.1:0", ["--library", folder]));
+    servers.push(await startServer("127.0.0.1:0", ["--renderer", "null", "--library", folder]));
     const page = await browser.newPage({viewport: {width: 1280, height: 900}});
     listen(page);
     await page.goto(servers[0].url);

@@ -191,7 +191,7 @@ async function run(page, name) {
 }
 
 await inBrowser(async (browser, servers) => {
-    servers.push(await startServer("127.0.0.1:0", ["--sacn", "127.0.0.1:0", "--surface-replay", recordedBox()]));
+    servers.push(await startServer("127.0.0.1:0", ["--renderer", "null", "--sacn", "127.0.0.1:0", "--surface-replay", recordedBox()]));
     const page = await browser.newPage({viewport: {width: 1280, height: 800}});
     listen(page);
     await page.goto(servers[0].url);

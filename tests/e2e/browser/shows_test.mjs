@@ -4,7 +4,7 @@ import {mkdtempSync, readdirSync, readFileSync, writeFileSync} from "node:fs";
 import {tmpdir} from "node:os";
 import {join} from "node:path";
 
-import {check, end, inBrowser, listen, screenshot, settled, sleep, startServer, state, until} from "./harness.mjs";
+import {asked as tell, check, end, inBrowser, listen, screenshot, settled, sleep, startServer, state, until} from "./harness.mjs";
 
 const folder = mkdtempSync(join(tmpdir(), "gonio-shows-"));
 const shot = async (page, name) => { if (screenshot) await page.screenshot({path: screenshot.replace(/\.png$/, `-${name}.png`)}); };
@@ -74,18 +74,43 @@ async function shows(page) {
     await page.keyboard.press("Enter");
     await page.locator("#show-open").click();
     const questions = [];
-    let answer = true;
-    page.on("dialog", (dialog) => { questions.push(dialog.message()); return answer ? dialog.accept() : dialog.dismiss(); });
-    answer = false;
+    page.on("dialog", (dialog) => { questions.push(dialog.message()); return dialog.accept(); });
+    const asked = page.locator("#unsaved-dialog");
     await page.locator("button[aria-label='Open Act 1']").click();
-    await until("a question", () => questions.length === 1);
-    await sleep(200);
-    check((await light(page)).level_ratio === 0.8, "what is not saved is not lost without a yes", questions[0]);
-    answer = true;
+    await asked.waitFor();
+    check(/Act 1 has changed/.test(await asked.textContent()), "what is not saved is asked about", await asked.textContent());
+    await shot(page, "unsaved");
+    await page.locator("#unsaved-cancel").click();
+    check(await asked.count() === 0 && (await light(page)).level_ratio === 0.8, "Cancel changes nothing");
     await page.locator("button[aria-label='Open Act 1']").click();
+    await page.locator("#unsaved-discard").click();
     await until("the level of the show", async () => (await light(page)).level_ratio === 0.3);
     check(await page.locator("#show-dialog").isHidden(), "a show is opened");
-    check(await page.locator("#undo").isDisabled(), "and undo has forgotten what was before");
+    await until("the step", async () => /open Act 1/.test(await page.locator("#undo").getAttribute("title")));
+    await page.locator("#undo").click();
+    await until("what was before", async () => (await light(page)).level_ratio === 0.8);
+    check((await shown(page)).unsaved, "undo brings back what was not saved");
+    await page.locator("#redo").click();
+    await until("the show again", async () => (await light(page)).level_ratio === 0.3);
+
+    // Another scene from the bar: saved first.
+    await page.locator("#level-number").fill("45");
+    await page.keyboard.press("Enter");
+    await until("not saved", async () => (await shown(page)).unsaved);
+    await page.locator("select[aria-label='Scene']").selectOption("atrium");
+    await asked.waitFor();
+    await page.locator("#unsaved-save").click();
+    await until("the other scene", async () => (await state(page)).scene === "atrium");
+    check(JSON.parse(readFileSync(join(folder, "shows", "Act 1.json"))).lights[0].level_ratio === 0.45, "it is saved, then the scene is loaded");
+    await page.locator("#undo").click();
+    await until("the scene before", async () => (await state(page)).scene === "cornell");
+    check((await light(page)).level_ratio === 0.45 && !(await shown(page)).unsaved, "the scene comes back with its lights, saved as it is");
+    await page.locator("#level-number").fill("30");
+    await page.keyboard.press("Enter");
+    await until("the level", async () => (await light(page)).level_ratio === 0.3);
+    await page.locator("#canvas").focus();
+    await page.keyboard.press("Control+s");
+    await until("saved", async () => !(await shown(page)).unsaved);
 
     await page.locator("#show-open").click();
     const [download] = await Promise.all([page.waitForEvent("download"), page.locator("#show-download").click()]);
@@ -114,15 +139,117 @@ async function shows(page) {
     writeFileSync(join(folder, "broken.json"), "{");
     await page.locator("#show-open").click();
     await page.locator("input[aria-label='Show file to open']").setInputFiles(join(folder, "broken.json"));
+    await page.locator("#unsaved-discard").click();
     await until("why not", () => page.locator("#show-dialog .problem").isVisible());
     check(/broken\.json/.test(await page.locator("#show-dialog .problem").textContent()) && (await light(page)).level_ratio === 0.55,
         "a broken file is refused by name and changes nothing", await page.locator("#show-dialog .problem").textContent());
     await page.locator("#show-save-as input").fill("Act 1");
     await page.keyboard.press("Enter");
-    await until("the question", () => questions.length >= 3);
+    await until("the question", () => questions.length === 1);
     await until("written over", async () => (await shown(page)).name === "Act 1");
     check(/Write over it/.test(questions.at(-1)), "another show is written over only after a question", questions.at(-1));
     await page.keyboard.press("Escape");
+}
+
+// A gltf of one triangle with sides of 300 m, of which loading says that it is large.
+const large = () => {
+    const buffer = Buffer.from(new Float32Array([0, 0, 0, 300, 0, 0, 0, 300, 0]).buffer);
+    return {asset: {version: "2.0"}, scenes: [{nodes: [0]}], nodes: [{mesh: 0}], meshes: [{primitives: [{attributes: {POSITION: 0}}]}],
+        buffers: [{byteLength: buffer.length, uri: `data:application/octet-stream;base64,${buffer.toString("base64")}`}],
+        bufferViews: [{buffer: 0, byteLength: buffer.length}], accessors: [{bufferView: 0, componentType: 5126, count: 3, type: "VEC3"}]};
+};
+
+// The question before a load: what the keys and the bar do meanwhile, what stays; then what the load says.
+async function loads(page) {
+    const asked = page.locator("#unsaved-dialog"), busy = page.locator("#scene .busy").first();
+    await page.locator("#level-number").fill("35");
+    await page.keyboard.press("Enter");
+    await until("not saved", async () => (await shown(page)).unsaved);
+    const before = await state(page);
+    await page.locator("select[aria-label='Scene']").selectOption("atrium");
+    await asked.waitFor();
+    check(await busy.textContent() === "", "nothing is said to load while the question is open");
+    for (const key of ["2", "Control+z", "Control+d", "Delete", "f", "?", "Control+s"]) {
+        await page.evaluate(() => document.activeElement?.blur());
+        await page.keyboard.press(key);
+    }
+    await sleep(300);
+    const now = await state(page);
+    check(now.scene_rev === before.scene_rev && await page.locator("dialog[open]").count() === 1, "keys of the page do nothing under a dialog", `${before.scene_rev}, ${now.scene_rev}`);
+    await page.locator("#unsaved-keep").check();
+    await page.locator("#unsaved-discard").click();
+    await until("the other scene", async () => (await state(page)).scene === "atrium");
+    const kept = await state(page);
+    check(kept.lights.length === before.lights.length && kept.lights[0].name === before.lights[0].name && kept.lights[0].level_ratio === 0.35, "the lights stay where that is ticked");
+    await page.locator("#scene-warned").focus();
+    await page.keyboard.press("Enter");
+    await page.locator("#scene-warnings").waitFor();
+    check(/own luminaires are left out/.test(await page.locator("#scene-warnings").textContent()), "what was left out is told", await page.locator("#scene-warnings li").first().textContent());
+    await page.keyboard.press("Escape");
+    await page.locator("#undo").click();
+    await until("the scene before", async () => (await state(page)).scene === "cornell");
+    await until("its warnings", () => page.locator("#scene-warned").isHidden());
+
+    // A light above the ceiling is among the warnings, which have the button that mends it.
+    const hung = (await state(page)).lights[0];
+    await tell(page, {command: {set_light: {name: hung.name, position_m: [0, 4.02, 0], aim: [0, -1, 0]}}});
+    await until("the light above the ceiling", () => page.locator("#scene-warned").isVisible());
+    await page.locator("#scene-warned").click();
+    await page.locator("#scene-warnings .recess").click();
+    await until("that it is mended", () => page.locator("#scene-warned").isHidden());
+    check(Math.abs((await state(page)).lights[0].position[1] - 3.999) < 1e-4, "one click in the warnings recesses a hidden light");
+
+    writeFileSync(join(folder, "large.gltf"), JSON.stringify(large()));
+    await page.locator("input[aria-label='Scene file to upload']").setInputFiles(join(folder, "large.gltf"));
+    await asked.waitFor();
+    await page.locator("#unsaved-discard").click();
+    await until("the upload", async () => (await state(page)).scene === "upload:large.gltf");
+    await page.locator("#scene-warned").click();
+    check(/m/.test(await page.locator("#scene-warnings li").first().textContent()), "one click opens the warnings of a load", await page.locator("#scene-warnings li").first().textContent());
+    await shot(page, "warnings");
+    await page.keyboard.press("Escape");
+    check(await page.locator("#show-loose").isHidden(), "a show holds an upload");
+    await page.locator("#undo").click();
+    await until("the scene before", async () => (await state(page)).scene === "cornell");
+    await page.locator("#canvas").focus();
+    await page.keyboard.press("Control+s");
+    await until("saved", async () => !(await shown(page)).unsaved);
+}
+
+// What the server says of a picture that fails, and of a scene that no show can hold: it is put into its messages here.
+async function faults(browser, url) {
+    const page = await browser.newPage();
+    listen(page);
+    await page.addInitScript(() => {
+        const parse = JSON.parse;
+        JSON.parse = (text, ...more) => {
+            const read = parse(text, ...more);
+            if (window.fault && read.state_changed?.state) Object.assign(read.state_changed.state, window.fault);
+            return read;
+        };
+    });
+    await page.goto(url);
+    await until("the state", () => page.evaluate(() => window.gonio?.state?.show?.name));
+    const tell = async (fault) => {
+        await page.evaluate((told) => { window.fault = told; }, fault);
+        await page.locator("#master input").first().focus();
+        await page.keyboard.press("ArrowLeft");
+    };
+    check(await page.locator("#picture-error").isHidden() && await page.locator("#show-loose").isHidden(), "nothing is red while all is well");
+    const {show} = await state(page);
+    await tell({picture_error: "the GPU has no memory", show: {...show, not_held: true}});
+    await until("that the picture fails", () => page.locator("#picture-error").isVisible());
+    check(await page.locator("#picture-error").getAttribute("title") === "the GPU has no memory", "a picture that cannot be made is said, and why");
+    const red = await page.locator("#picture-error").evaluate((node) => getComputedStyle(node).color);
+    await page.locator("#show-loose").click();
+    check(/more than 128 MiB/.test(await page.locator("#show-not-held").textContent())
+        && await page.locator("#show-not-held").evaluate((node) => getComputedStyle(node).color) === red, "a scene that the show will not hold is said in red", await page.locator("#show-not-held").textContent());
+    await shot(page, "not-held");
+    await page.keyboard.press("Escape");
+    await tell({picture_error: "", show: {...show, not_held: false}});
+    await until("that all is well again", async () => await page.locator("#picture-error").isHidden() && await page.locator("#show-loose").isHidden());
+    check(true, "and it goes with its cause");
+    await page.close();
 }
 
 async function narrow(page) {
@@ -185,6 +312,8 @@ await inBrowser(async (browser, servers) => {
     page.light = (await light(page)).name;
     await colour(page);
     await shows(page);
+    await loads(page);
+    await faults(browser, server.url);
     await narrow(page);
     await viewer(browser, server.url);
     await restart(page, server, start);

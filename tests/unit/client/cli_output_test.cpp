@@ -197,6 +197,10 @@ struct CliRun : testing::Test {
             for (const double lx : {480.0, 560.5}) values.add_values_lx(lx);
             values.set_mean_lx(520.25);
             values.set_max_lx(560.5);
+            v1::LeftOutPoint& point = *values.add_left_out();
+            point.set_point(1);
+            point.set_reason("inside");
+            values.add_warnings("a warning of the grid");
             v1::TargetCheck& check = *values.add_checks();
             check.set_name("Em");
             check.set_required(750);
@@ -308,9 +312,11 @@ TEST_F(CliRun, GridsGlareAndTheReport) {
     EXPECT_NE(out.find("Emean 520.2 lx"), std::string::npos) << out;
     EXPECT_NE(out.find("FAIL Em: 520.2, required at least 750"), std::string::npos) << out;
     EXPECT_NE(out.find("maintenance factor 0.8"), std::string::npos) << out;
-    EXPECT_NE(out.find(" 480 560\n"), std::string::npos) << "the plan: " << out;
+    EXPECT_NE(out.find(" 480   -\n"), std::string::npos) << "the plan: " << out;
+    EXPECT_NE(out.find("1 points left out: they lie inside closed bodies\n"), std::string::npos) << out;
+    EXPECT_NE(err.find("a warning of the grid"), std::string::npos) << err;
     EXPECT_EQ(run({"grid", "values", "desk", "--csv"}), 0) << err;
-    EXPECT_EQ(out, "i,j,x_m,y_m,z_m,lx\n0,0,0.25,0.75,0.5,480\n1,0,0.75,0.75,0.5,560.5\n");
+    EXPECT_EQ(out, "i,j,x_m,y_m,z_m,lx,left_out\n0,0,0.25,0.75,0.5,480,\n1,0,0.75,0.75,0.5,560.5,inside\n");
     EXPECT_EQ(run({"grid", "values", "desk", "--csv", "--json"}), 2);
     EXPECT_EQ(run({"grid", "values", "desk", "--json"}), 0) << err;
     EXPECT_NE(out.find("\"mean_lx\":520.25"), std::string::npos) << out;

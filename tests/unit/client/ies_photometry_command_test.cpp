@@ -72,6 +72,38 @@ TEST_F(PhotometryCommand, DiagnosticsAndErrorsSayWhere) {
     EXPECT_EQ(printed[2]["error"]["code"], "unreadable");
 }
 
+TEST_F(PhotometryCommand, TellsTheColour) {
+    std::ostringstream out;
+    std::ostringstream text;
+    std::ostringstream err;
+    ies::test::Lm63Text lamp;
+    lamp.header += "[LAMP] TL5 49W/830\n";
+    const std::vector file = {write("a.ies", lamp.text())};
+    EXPECT_EQ(run_photometry(file, PhotometryFormat::json, out, err), 0);
+    EXPECT_EQ(json::parse(out.str())["colour"], json({{"cct_k", 3000.0}, {"cri", 80.0}, {"cri_is_least", true}}));
+    EXPECT_EQ(run_photometry(file, PhotometryFormat::text, text, err), 0);
+    EXPECT_NE(text.str().find("colour temperature 3000 K, CRI at least 80"), std::string::npos);
+    out.str("");
+    const std::vector plain = {write("b.ies", ies::synthetic_lm63("bulb"))};
+    EXPECT_EQ(run_photometry(plain, PhotometryFormat::json, out, err), 0);
+    EXPECT_EQ(json::parse(out.str())["colour"]["cct_k"], nullptr);
+}
+
+// The content decides; a name that says another format is told of.
+TEST_F(PhotometryCommand, AnEndingOfAnotherFormat) {
+    std::ostringstream out;
+    std::ostringstream err;
+    const std::vector files = {write("a.ldt", ies::synthetic_lm63("bulb")), write("b.IES", ies::synthetic_lm63("bulb")),
+                               write("c.txt", ies::synthetic_lm63("bulb"))};
+    EXPECT_EQ(run_photometry(files, PhotometryFormat::json, out, err), 0);
+    const json printed = json::parse(out.str());
+    EXPECT_EQ(printed[0]["diagnostics"][0]["code"], "other_ending");
+    EXPECT_NE(printed[0]["diagnostics"][0]["message"].get<std::string>().find("LM-63-2019"), std::string::npos);
+    for (int i = 1; i < 3; ++i)
+        for (const json& one : printed[static_cast<std::size_t>(i)]["diagnostics"])
+            EXPECT_NE(one["code"], "other_ending");
+}
+
 TEST_F(PhotometryCommand, DrawsCurves) {
     const std::vector files = {write("a<b.ies", ies::synthetic_lm63("street")),
                                write("c.ies", ies::synthetic_lm63("linear"))};

@@ -270,7 +270,7 @@ TEST(IesEulumdat, TheFormatIsToldByContent) {
     const auto read = read_photometry(LdtText{}.text());
     ASSERT_TRUE(read);
     EXPECT_EQ(read->provenance.format, "EULUMDAT");
-    EXPECT_EQ(read_photometry("<html>").error().code, "no_tilt");
+    EXPECT_EQ(read_photometry("<html>").error().code, "not_photometry");
     EXPECT_EQ(read_photometry("").error().code, "empty_file");
 }
 

@@ -100,6 +100,30 @@ TEST(Gldf, FluxOfAbsolutePhotometryBecomesTheRatedOne) {
     EXPECT_TRUE(has(read, "flux_scaled"));
 }
 
+// Older drafts: a Geometry that names no emitter of a product that has one, and references in the Variant itself.
+TEST(Gldf, OlderDraftsAreRead) {
+    Gldf empty;
+    empty.geometry.clear();
+    empty.more_emitters = "<Emitter id=\"s\"><SensorEmitter/></Emitter>";
+    const Photometry lone = read_well(empty);
+    EXPECT_EQ(peak_intensity(lone.web).in(cd), 100.0);
+    EXPECT_TRUE(has(lone, "emitter_assumed"));
+    EXPECT_FALSE(has(read_well(Gldf{}), "emitter_assumed"));
+    Gldf second = empty;  // one that names its emitter goes before one that does not
+    second.more_variants = "<Variant id=\"v2\"><Geometry><EmitterReference emitterId=\"e\"/></Geometry></Variant>";
+    EXPECT_FALSE(has(read_well(second), "emitter_assumed"));
+    for (const char* inside : {"<EmitterReference emitterId=\"e\"/>",
+                               "<EmitterReferences><EmitterReference emitterId=\"e\"/></EmitterReferences>"}) {
+        Gldf direct;
+        direct.geometry = std::string("</Geometry>") + inside + "<Geometry>";
+        direct.more_emitters = "<Emitter id=\"e2\">" + direct.light + "</Emitter>";
+        const Photometry read = read_well(direct);
+        EXPECT_EQ(peak_intensity(read.web).in(cd), 100.0);
+        EXPECT_FALSE(has(read, "emitter_assumed"));
+        EXPECT_EQ(peak_intensity(read_well(direct, {"v1", "e"}).web).in(cd), 100.0);
+    }
+}
+
 // Relative photometry keeps its light output ratio: 2 lamps of 500 lm in the file, 3 of 800 lm in the product.
 TEST(Gldf, LampsOfRelativePhotometryAreTheEquipments) {
     Gldf file;
@@ -205,7 +229,17 @@ TEST(Gldf, WhatIsMissingIsNamed) {
     EXPECT_EQ(changed([](Gldf& f) { f.geometry = "<EmitterReference emitterId=\"x\"/>"; }).substr(0, 17),
               "missing_reference");
     EXPECT_EQ(changed([](Gldf& f) { f.light = "<SensorEmitter/>"; }).substr(0, 8), "no_light");
-    EXPECT_EQ(changed([](Gldf& f) { f.geometry.clear(); }).substr(0, 10), "no_emitter");
+    EXPECT_EQ(changed([](Gldf& f) {
+                  f.geometry.clear();
+                  f.more_emitters = "<Emitter id=\"e2\">" + f.light + "</Emitter>";
+              }).substr(0, 10),
+              "no_emitter")
+        << "which of the two?";
+    EXPECT_EQ(changed([](Gldf& f) {
+                  f.geometry.clear();
+                  f.light = "<SensorEmitter/>";
+              }).substr(0, 10),
+              "no_emitter");
     EXPECT_EQ(changed([](Gldf& f) { f.lm63.candela = "1 2"; }).substr(0, 20), "truncated, ldc/a.ies");
     EXPECT_EQ(changed([](Gldf& f) {
                   f.files.replace(f.files.find("a.ies"), 5, "b.ies");

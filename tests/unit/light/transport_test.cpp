@@ -31,7 +31,7 @@ TEST(Transport, AClosedRoomKeepsItsLight) {
                                                {0.9f, glm::dvec3(9, 2.5, 3), 0.01},
                                                {0.95f, glm::dvec3(4, 3, 5), 0.02},
                                                {0.99f, glm::dvec3(4, 3, 5), 0.02}}) {
-        const Made made(room(size, rho, {0.4 * size.x, 0.6 * size.y, 0.3 * size.z}));
+        const Made made(room(size, rho, {0.4 * size.x, 0.6 * size.y, 0.3 * size.z}), kFew);
         const double area = 2 * (size.x * size.y + size.y * size.z + size.z * size.x), r = static_cast<double>(rho);
         const double expected = 4 * std::numbers::pi * r / (area * (1 - r));
         EXPECT_NEAR(made.mean(made.irradiance.indirect), expected, tolerance * expected) << rho << " " << size.x;
@@ -60,7 +60,8 @@ TEST(Transport, ExtremeRoomsStayFinite) {
 // The n-th bounce in a diffuse sphere is rho^n Phi / (4 pi R²).
 TEST(Transport, ASphereBounceByBounce) {
     const Made made(
-        test::scene_with({{test::inward_sphere(2.0, 64), glm::vec3(0.6f)}}, test::isotropic(1.0), {0.5, 0.3, 0.4}));
+        test::scene_with({{test::inward_sphere(2.0, 64), glm::vec3(0.6f)}}, test::isotropic(1.0), {0.5, 0.3, 0.4}),
+        kFew);
     const double one = 0.6 * 4 * std::numbers::pi / (16 * std::numbers::pi);
     EXPECT_NEAR(made.mean(made.irradiance.first), one, 0.01 * one);
     EXPECT_NEAR(made.mean(made.irradiance.indirect), one / 0.4, 0.01 * one / 0.4);
@@ -133,7 +134,7 @@ TEST(Transport, NothingLeaksThroughAWall) {
     scene.lights[0].position = {1.0, 2.0, 1.0};
     const auto geometry = std::make_shared<const trace::Geometry>(asset);
     // Both halves have surfels.
-    Builder builder(geometry, {geometry->local({1, 2, 1}), geometry->local({3, 2, 1})}, {}, kMostForwardLinks, false,
+    Builder builder(geometry, {geometry->local({1, 2, 1}), geometry->local({3, 2, 1})}, kFew, kMostForwardLinks, false,
                     false);
     builder.wait();
     const auto transport = builder.newest();
@@ -163,7 +164,7 @@ TEST(Transport, NothingLeaksThroughAWall) {
 
 // A sheet that is lit from above is dark below, where nothing else reflects.
 TEST(Transport, ASheetHasTwoSides) {
-    const Made made(test::floor_scene(4.0, 0.8f, test::isotropic(1.0), {0, 1, 0}));
+    const Made made(test::floor_scene(4.0, 0.8f, test::isotropic(1.0), {0, 1, 0}), kFew);
     const Surfels& s = made.surfels();
     ASSERT_GT(s.count, 1000u);
     for (std::size_t i = 0; i < s.count; ++i) {
@@ -203,7 +204,7 @@ TEST(Transport, AWhiteFurnace) {
     auto asset = std::make_shared<SceneAsset>(*scene.asset);
     for (Material& material : asset->materials) material.emissive_nit = glm::vec3(2.0f);
     scene.asset = asset;
-    const Made made(scene);
+    const Made made(scene, kFew);
     const Irradiance& light = made.transport->emitted;
     ASSERT_EQ(light.direct.size(), made.surfels().count);
     constexpr double kE0 = 2.0 * std::numbers::pi;
@@ -291,7 +292,7 @@ TEST(Transport, NoStepDiverges) {
 
 // The room behind a keyhole has surfels all over, though few walks get there.
 TEST(Transport, ARoomBehindAKeyholeHasSurfels) {
-    const Made made(keyhole(0.8f));
+    const Made made(keyhole(0.8f), kFew);
     const Surfels& s = made.surfels();
     double area = 0.0;
     for (std::size_t i = 0; i < s.count; ++i) {
@@ -387,6 +388,9 @@ TEST(Transport, IsHeldAndGoesOn) {
     held.wait();
     ASSERT_NE(held.newest(), nullptr);
     EXPECT_EQ(held.newest()->surface->surfels.count, free.newest()->surface->surfels.count);
+    Builder between(geometry, seeds, kFew, kGenerations[1] + 1, false, false);
+    between.wait();
+    EXPECT_EQ(between.newest()->links.per_surfel(), kGenerations[2]) << "the next generation, not a wait without end";
     Builder never(geometry, seeds, kFew, kMostForwardLinks, false, false);
     never.hold(true);
 }

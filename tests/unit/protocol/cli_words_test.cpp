@@ -73,6 +73,9 @@ TEST(CliWords, EveryChange) {
     ASSERT_TRUE(command);
     EXPECT_NEAR(command->set_camera().fov_rad(), std::numbers::pi / 3, 1e-15);
     EXPECT_EQ(command_of("load scene a.mvr --universe-offset -3")->load_scene().universe_offset(), -3);
+    EXPECT_TRUE(command_of("load scene a.mvr --merge")->load_scene().merge());
+    EXPECT_FALSE(command_of("load scene a.mvr --merge")->load_scene().dry_run());
+    EXPECT_TRUE(command_of("load scene a.mvr --merge --dry-run")->load_scene().dry_run());
     EXPECT_EQ(command_of("set technique seed --samples 400")->set_technique().samples(), 400u);
     EXPECT_EQ(command_of("set technique default")->set_technique().technique(), "default");
     EXPECT_EQ(command_of("set view indirect --gain 4 --light key")->set_view().gain(), 4.0);
@@ -122,6 +125,7 @@ TEST(CliWords, EveryChange) {
     EXPECT_EQ(command_of("add light new --profile flood --position 0,3,0")->add_light().light().profile().name(),
               "flood");
     EXPECT_EQ(command_of("remove light new")->remove_light().name(), "new");
+    EXPECT_EQ(command_of("recess light downlight")->recess_light().name(), "downlight");
     EXPECT_EQ(command_of("rename light old new")->rename_light().name(), "old");
     EXPECT_EQ(command_of("rename light old new")->rename_light().new_name(), "new");
     EXPECT_EQ(command_of("group wash a b c")->set_group().lights_size(), 3);
@@ -145,6 +149,18 @@ TEST(CliWords, WhatIsANumberIsPassedOn) {
     EXPECT_DOUBLE_EQ(command->set_light().level_ratio(), -7);
     EXPECT_EQ(command_of("set light key --position 1,2")->set_light().position_m_size(), 2);  // the server refuses it
     EXPECT_TRUE(std::isnan(command_of("set exposure nan")->set_exposure().ev100()));
+}
+
+// A luminaire may be called "-5 dB" (28-odd-names).
+TEST(CliWords, ANameThatBeginsWithADashStandsAfterTwo) {
+    const ReadWords read = read_after("set", {"light", "-5 dB", "--level", "0.5"});
+    ASSERT_TRUE(read.fault);
+    EXPECT_NE(read.fault->message.find("-- '-5 dB'"), std::string::npos) << read.fault->message;
+    const ReadWords good = read_after("set", {"light", "--level", "0.5", "--", "-5 dB"});
+    ASSERT_FALSE(good.fault);
+    EXPECT_EQ(good.message.command().set_light().name(), "-5 dB");
+    const ReadWords option = read_after("set", {"light", "key", "--shine", "1"});
+    EXPECT_EQ(option.fault->message.find("begins with a dash"), std::string::npos);
 }
 
 TEST(CliWords, UsageErrorsNameTheWord) {

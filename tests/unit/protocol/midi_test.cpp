@@ -53,6 +53,83 @@ TEST(UsbMidi, MessagesAndSysExBecomePackets) {
     EXPECT_EQ(usb_midi_packets(0, even), (std::vector<std::uint8_t>{7, 0xF0, 1, 0xF7}));
 }
 
+MidiNews news_of(const std::vector<std::uint8_t>& bytes, std::vector<MidiMessage>* heard = nullptr) {
+    MidiStream stream;
+    std::vector<MidiMessage> messages;
+    EXPECT_EQ(stream.take(bytes, messages), 0u);
+    if (heard != nullptr) *heard = messages;
+    return stream.take_news();
+}
+
+// MIDI Show Control 1.1: F0 7F device 02 format command number F7; lighting is 01, all types 7F, GO 01.
+TEST(MidiSystem, AGoOfMidiShowControlIsACue) {
+    using Cues = std::vector<std::string>;
+    EXPECT_EQ(news_of({0xF0, 0x7F, 0x7F, 0x02, 0x01, 0x01, '2', 0xF7}).cues, Cues{"2"});
+    EXPECT_EQ(news_of({0xF0, 0x7F, 0x7F, 0x02, 0x7F, 0x01, '1', '2', '.', '5', 0, '1', 0, '3', 0xF7}).cues,
+              Cues{"12.5"})
+        << "all types, list 1, path 3";
+    EXPECT_EQ(news_of({0xF0, 0x7F, 0x7F, 0x02, 0x01, 0x01, 0xF7}).cues, Cues{"go"});
+    const IgnoredKinds other_device = {{"sysex 7F 02 (MIDI Show Control, device 05, format 01, command 01)", 1}};
+    const MidiNews other = news_of({0xF0, 0x7F, 0x05, 0x02, 0x01, 0x01, '2', 0xF7});
+    EXPECT_TRUE(other.cues.empty());
+    EXPECT_EQ(other.ignored, other_device);
+    for (const std::vector<std::uint8_t>& none :
+         std::vector<std::vector<std::uint8_t>>{{0xF0, 0x7F, 0x7F, 0x02, 0x10, 0x01, '2', 0xF7},            // sound
+                                                {0xF0, 0x7F, 0x7F, 0x02, 0x01, 0x02, '2', 0xF7},            // STOP
+                                                {0xF0, 0x7F, 0x7F, 0x02, 0x01, 0x01, '1', '.', '.', 0xF7},  // no number
+                                                {0xF0, 0x7F, 0x7F, 0x02, 0x01, 0x01, '0', 0xF7},
+                                                {0xF0, 0x7F, 0x7F, 0x02, 0xF7}}) {
+        const MidiNews news = news_of(none);
+        EXPECT_TRUE(news.cues.empty());
+        EXPECT_EQ(news.ignored.size(), 1u);
+    }
+}
+
+TEST(MidiSystem, WhatIsNotUnderstoodIsCountedByItsKind) {
+    const MidiNews news = news_of({0xF0, 0x7F, 0x7F, 0x06, 0x02, 0xF7, 0xF0, 0x7F, 0x7F, 0x06, 0x01, 0xF7, 0xF8, 0xFE,
+                                   0xF2, 0x01, 0x02, 0xF3, 0x05, 0xFA, 0xF0, 0x00, 0x20, 0x29, 0x02, 0xF7, 0xF0, 0x41,
+                                   0x10, 0xF7, 0xF0, 0x7E, 0x7F, 0x06, 0x02, 0xF7, 0xF0, 0x01, 0x90, 60,   0});
+    const IgnoredKinds expected = {{"sysex 7F 06 (MIDI Machine Control)", 2},
+                                   {"song position", 1},
+                                   {"song select", 1},
+                                   {"start", 1},
+                                   {"sysex 00 20 29 (of a manufacturer)", 1},
+                                   {"sysex 41 (of a manufacturer)", 1},
+                                   {"sysex 7E 06 (general information)", 1},
+                                   {"sysex that does not end", 1}};
+    EXPECT_EQ(news.ignored, expected);
+    std::vector<std::uint8_t> many;
+    for (int i = 1; i < 100; ++i) many.insert(many.end(), {0xF0, static_cast<std::uint8_t>(i), 0xF7});
+    many.insert(many.end(), 1, 0xF0);
+    many.insert(many.end(), 100'000, 0x11);
+    many.push_back(0xF7);
+    const MidiNews bounded = news_of(many);
+    EXPECT_EQ(bounded.ignored.size(), kMaxIgnoredKinds);
+    // 99 kinds, and the one of 100,000 bytes is of the manufacturer 11 like one of them.
+    EXPECT_EQ(bounded.ignored.at("others"), 99u - (kMaxIgnoredKinds - 1) + 1);
+}
+
+// Worlde Easypad.12 (qlcplus PR 1520): its slider sends F0 7F 7F 04 01 00 vv F7.
+TEST(MidiSystem, TheMasterVolumeIsAControl) {
+    std::vector<MidiMessage> heard;
+    EXPECT_TRUE(news_of({0xF0, 0x7F, 0x7F, 0x04, 0x01, 0x00, 0x40, 0xF7, 0xB0, 7, 1}, &heard).empty());
+    ASSERT_EQ(heard.size(), 2u);
+    EXPECT_EQ(heard[0], (MidiMessage{0, kVolume, {0x00, 0x40}}));
+    EXPECT_EQ(midi_key_text(key_of(heard[0])), "volume *");
+    EXPECT_EQ(parse_midi_keys("volume *")->front(), key_of(heard[0]));
+    for (const char* bad : {"volume", "volume 1", "volume */7"}) EXPECT_FALSE(parse_midi_keys(bad)) << bad;
+    const std::vector<MidiMessage> usb = [] {
+        std::vector<MidiMessage> messages;
+        MidiSystem system;
+        read_usb_midi(std::vector<std::uint8_t>{0x14, 0xF0, 0x7F, 0x7F, 0x14, 0x04, 0x01, 0x03, 0x16, 0x40, 0xF7, 0},
+                      messages, &system);
+        return messages;
+    }();
+    EXPECT_EQ(usb, (std::vector<MidiMessage>{{1, kVolume, {0x03, 0x40}}}));
+    EXPECT_EQ(midi_message(key_of(heard[0]), 0x40u << 7 | 3u),
+              (std::vector<std::uint8_t>{0xF0, 0x7F, 0x7F, 0x04, 0x01, 0x03, 0x40, 0xF7}));
+}
+
 TEST(MidiKeys, TextBothWays) {
     const auto keys = parse_midi_keys("cc 1/0-2, bend 9, port 2: note */60");
     ASSERT_TRUE(keys);
@@ -93,6 +170,20 @@ TEST(MidiSurface, APitchBendKeepsAll14Bits) {
     EXPECT_EQ(value_of_message(box, {0, 0xE0, {0x7F, 0x7F}}), 1.0);
     EXPECT_DOUBLE_EQ(value_of_message(box, {0, 0xE0, {1, 0}}), 1.0 / 16383);
     EXPECT_DOUBLE_EQ(value_of_message(box, {0, 0xE0, {0, 0x40}}), 8192.0 / 16383);
+}
+
+// A box of 7 bits reaches both ends, and one of 14 bits keeps them all.
+TEST(MidiSurface, TheMasterVolumeHas7Or14Bits) {
+    MidiSurface box{SurfaceProfile{}};
+    EXPECT_EQ(value_of_message(box, {0, kVolume, {0, 0x7F}}), 1.0);
+    EXPECT_EQ(value_of_message(box, {0, kVolume, {0, 0}}), 0.0);
+    EXPECT_DOUBLE_EQ(value_of_message(box, {0, kVolume, {0, 64}}), 64.0 / 127);
+    ASSERT_EQ(box.controls().size(), 1u);
+    EXPECT_EQ(box.controls()[0].name, "volume *");
+    EXPECT_EQ(box.controls()[0].steps, 127u);
+    EXPECT_DOUBLE_EQ(value_of_message(box, {0, kVolume, {1, 64}}), (64 * 128 + 1) / 16383.0);
+    EXPECT_DOUBLE_EQ(value_of_message(box, {0, kVolume, {0, 65}}), 65 * 128 / 16383.0) << "it has 14 bits";
+    EXPECT_EQ(value_of_message(box, {0, kVolume, {0x7F, 0x7F}}), 1.0);
 }
 
 TEST(MidiSurface, AControllerPairWaitsForItsFineHalf) {

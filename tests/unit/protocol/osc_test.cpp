@@ -340,6 +340,31 @@ TEST(OscSpace, PatternsHaveABudget) {
     EXPECT_TRUE(osc_select(values, "/master", budget)) << "what is no pattern costs nothing";
 }
 
+// grandMA3 sends name, number and value (midimonster, issue 126).
+TEST(OscSpace, ARefusalNamesTheArguments) {
+    const auto why = [](std::vector<OscArgument> arguments) {
+        return osc_action(message("/light/lamp/level", std::move(arguments))).error().message;
+    };
+    EXPECT_EQ(why({std::string("Fader"), 1, 50.0F}), "must be a number; it came with (\"Fader\", 1, 50)");
+    EXPECT_EQ(why({OscNil{}, true, OscBlob{1, 2}}), "must be a number; it came with (nil, true, a blob of 2 bytes)");
+    const std::string many = why(std::vector<OscArgument>(200, std::string(100, 'x')));
+    EXPECT_LT(many.size(), 400u) << many;
+    EXPECT_TRUE(many.ends_with("…)")) << many;
+}
+
+// 38-osc-no-type-tags: X32-Edit sends no type tag string (liblo, issue 17).
+TEST(OscSpace, WithoutTypeTagsAnAddressAsks) {
+    for (const auto& [bytes, asks] :
+         {std::pair{bytes_of("/gonio/ping\0"sv), false}, {bytes_of("/light/lamp/level\0\0\0"sv), true}}) {
+        const auto decoded = decode_osc(bytes);
+        ASSERT_TRUE(decoded);
+        const auto action = osc_action((*decoded)[0]);
+        ASSERT_TRUE(action);
+        EXPECT_EQ(std::holds_alternative<OscQuery>(*action), asks);
+        EXPECT_EQ(std::holds_alternative<OscPing>(*action), !asks);
+    }
+}
+
 TEST(OscSpace, WhatMeansNothingIsRefused) {
     for (const auto& [bad, code] : {std::pair{message("/nothing", {1.0F}), "not_found"},
                                     {message("/light/a", {1.0F}), "not_found"},

@@ -103,6 +103,47 @@ TEST(Apply, TheSameAngleTurnsNothing) {
     EXPECT_EQ(scene.lights[0].world_from_light, before) << "to the last bit";
 }
 
+// Clients that sum in 32 bits: what misses an end of its range by rounding alone is that end; what is farther off is
+// refused as ever (midimonster, MicroOsc issue 9).
+TEST(Apply, RoundingBeyondAnEndIsThatEnd) {
+    Scene scene = some_scene();
+    const auto set = [&](const std::function<void(v1::SetLight&)>& fill) {
+        return static_cast<bool>(run(scene, [&](v1::Command& c) {
+            c.mutable_set_light()->set_name("key");
+            fill(*c.mutable_set_light());
+        }));
+    };
+    const auto key = [&]() -> const Light& { return scene.lights[0]; };  // a refusal puts others there
+    float up = 0, down = 1;
+    for (int i = 0; i < 10; ++i) up += 0.1F, down -= 0.1F;
+    ASSERT_GT(up, 1.0F);
+    ASSERT_LT(down, 0.0F);
+    EXPECT_TRUE(set([&](v1::SetLight& l) { l.set_level_ratio(static_cast<double>(up)); }));
+    EXPECT_EQ(key().level_ratio, 1.0);
+    EXPECT_TRUE(set([&](v1::SetLight& l) { l.set_level_ratio(static_cast<double>(down)); }));
+    EXPECT_EQ(key().level_ratio, 0.0);
+    EXPECT_FALSE(set([](v1::SetLight& l) { l.set_level_ratio(1.0001); }));
+    EXPECT_FALSE(set([](v1::SetLight& l) { l.set_level_ratio(-1e-4); }));
+    EXPECT_FALSE(set([](v1::SetLight& l) { l.set_level_ratio(kNan); }));
+    const double turns = 64 * std::numbers::pi;
+    EXPECT_TRUE(set([&](v1::SetLight& l) { l.set_pan_rad(static_cast<double>(std::nextafter(float(turns), 1e9F))); }));
+    EXPECT_EQ(key().pan_rad, turns);
+    EXPECT_FALSE(set([&](v1::SetLight& l) { l.set_pan_rad(turns * 1.001); }));
+    EXPECT_TRUE(set([](v1::SetLight& l) { l.set_tint_duv(static_cast<double>(-0.05F) - 1e-8); }));
+    EXPECT_EQ(key().tint_duv, -0.05);
+    EXPECT_TRUE(set([](v1::SetLight& l) { l.set_cct_k(15'000.01); }));
+    EXPECT_EQ(key().cct_k, 15'000.0);
+    EXPECT_TRUE(set([](v1::SetLight& l) { l.set_cct_k(-1e-7); }));
+    EXPECT_EQ(key().cct_k, 0.0) << "none";
+    EXPECT_FALSE(set([](v1::SetLight& l) { l.set_cct_k(999); }));
+    EXPECT_TRUE(set([](v1::SetLight& l) {
+        for (const double factor : {-1e-7, 0.5, 10'000.01}) l.add_color_rgb(factor);
+    }));
+    EXPECT_EQ(key().color, glm::dvec3(0, 0.5, 10'000));
+    EXPECT_TRUE(run(scene, [&](v1::Command& c) { c.mutable_set_master()->set_ratio(static_cast<double>(up)); }));
+    EXPECT_EQ(scene.master_ratio, 1.0);
+}
+
 TEST(Apply, RefusalsNameFieldAndValueAndChangeNothing) {
     Scene scene = some_scene();
     const auto light = [](const std::function<void(v1::SetLight&)>& fill) {

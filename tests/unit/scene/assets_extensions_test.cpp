@@ -96,17 +96,19 @@ TEST_F(AssetsExtensions, WebpComesBeforePng) {
     document["textures"][0].erase("source");
     EXPECT_EQ(good(document)->images.at(0).rgba, rgba);
     document["textures"][0]["extensions"]["EXT_texture_webp"]["source"] = 2;
-    refused(document, "out_of_bounds", "/textures/0/extensions/EXT_texture_webp/source", "2");
+    EXPECT_TRUE(warns(*good(document), "a texture without an image was left out; changes lux (/textures/0)"));
 }
 
-TEST_F(AssetsExtensions, DamagedWebpIsRefused) {
+TEST_F(AssetsExtensions, DamagedWebpIsLeftOut) {
     const std::string whole = webp(9, 7, std::vector<std::uint8_t>(9 * 7 * 4, 77));
     const Json document = textured("t.webp");
     write("t.webp", whole);
     EXPECT_EQ(good(document)->images.at(0).height_px, 7);
     for (std::size_t size = 12; size < whole.size(); ++size) {
         write("t.webp", whole.substr(0, size));
-        refused(document, "bad_image", "/images/0/uri", "t.webp");
+        const auto scene = good(document);
+        EXPECT_TRUE(scene->images.empty());
+        EXPECT_TRUE(warns(*scene, "changes lux (/images/0/uri: t.webp)"));
     }
 }
 
@@ -254,7 +256,14 @@ TEST_F(AssetsExtensions, GpuInstanceRefusals) {
     attributes["ROTATION"] = 0;
     refused(document, "bad_gltf", place + "/ROTATION", "0");
     attributes["ROTATION"] = add_accessor(document, std::string(32, '\0'), 5126, 2, "VEC4");
-    refused(document, "bad_gltf", place + "/ROTATION", "0");
+    const auto turnless = good(document);
+    EXPECT_TRUE(turnless->instances.empty());
+    EXPECT_TRUE(warns(*turnless,
+                      "2 instances whose place is no numbers, or whose rotation has no length, left out; "
+                      "changes lux (" +
+                          place + ")"));
+    attributes["ROTATION"] = add_accessor(document, bytes_of({0, 0, 0, 1, std::nanf(""), 0, 0, 1}), 5126, 2, "VEC4");
+    EXPECT_EQ(good(document)->instances.size(), 1u);
     attributes.erase("ROTATION");
     document["accessors"].push_back({{"componentType", 5126}, {"count", 2000000000}, {"type", "VEC3"}});
     attributes["TRANSLATION"] = document["accessors"].size() - 1;

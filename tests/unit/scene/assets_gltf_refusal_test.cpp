@@ -88,20 +88,14 @@ TEST_F(AssetsGltfRefusal, ByPlaceAndValue) {
         {"/bufferViews/0/byteStride", 6, "bad_gltf", "", "6"},
         {"/buffers/0/byteLength", 37, "out_of_bounds", "", "37"},
         {"/buffers/0/byteLength", 2000000000, "too_large", "", "2000000000"},
-        {"/textures/0/source", 1, "out_of_bounds", "", "1"},
-        {"/textures/0/sampler", 1, "out_of_bounds", "", "1"},
-        {"/samplers/0/wrapS", 5, "bad_gltf", "", "5"},
         {"/materials/0/alphaMode", "GLOW", "bad_gltf", "", "GLOW"},
-        {"/materials/0/pbrMetallicRoughness/baseColorTexture/index", 1, "out_of_bounds", "", "1"},
         {"/materials/0/pbrMetallicRoughness/baseColorFactor", {1, 1, 1}, "bad_gltf", "", "[1,1,1]"},
         {"/cameras/0/perspective/yfov", 0, "bad_gltf", "", "0.000000"},
-        {"/images/0/uri", "data:image/png;base64,AAAA", "bad_image", "", "data:image/png;base64,AAAA"},
-        {"/images/0/uri", "data:image/png;base64,iVBORw0KGgo=", "bad_image", "", "data:image/png;base64,iVBORw0KGgo="},
-        {"/images/0/uri", "missing.png", "missing_file", "", "missing.png"},
-        {"/images/0/uri", "http://example.org/a.png", "unsupported", "", "http://example.org/a.png"},
         {"/buffers/0/uri", "missing.bin", "missing_file", "", "missing.bin"},
         {"/buffers/0/uri", "data:;base64,A*AA", "bad_gltf", "", "data:;base64,A*AA"},
         {"/asset/version", "1.0", "unsupported", "", "\"1.0\""},
+        {"/asset/minVersion", "2.1", "unsupported", "", "\"2.1\""},
+        {"/nodes/0/mesh", 0.5, "bad_gltf", "", "0.5"},
         {"/extensionsRequired", {"VENDOR_thing"}, "unsupported", "/extensionsRequired/0", "VENDOR_thing"},
     };
     for (const Case& broken : cases) {
@@ -119,9 +113,6 @@ TEST_F(AssetsGltfRefusal, NodeCycle) {
 }
 
 TEST_F(AssetsGltfRefusal, ValuesThatAreNotFinite) {
-    const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
-    refused(with_positions({0, 0, 0, 1, nan, 0, 0, 1, 0}), "bad_gltf", "/accessors/0", "NaN");
-    refused(with_positions({0, 0, 0, 1, infinity, 0, 0, 1, 0}), "bad_gltf", "/accessors/0", "infinity");
     Json document = triangle();
     document["nodes"][0]["translation"] = {1e300, 0, 0};
     document["nodes"][0]["name"] = "far";
@@ -192,15 +183,6 @@ TEST_F(AssetsGltfRefusal, IesLights) {
     Json document = triangle();
     document["nodes"][0]["extensions"]["EXT_lights_ies"]["light"] = 0;
     Json& light = document["extensions"]["EXT_lights_ies"]["lights"][0];
-    light["uri"] = "missing.ies";
-    refused(document, "missing_file", "/extensions/EXT_lights_ies/lights/0/uri", "missing.ies");
-    write("bad.ies", std::string("IESNA:LM-63-2002\n[TEST] no tilt line\n"));
-    light["uri"] = "bad.ies";
-    refused(document, "bad_profile", "/extensions/EXT_lights_ies/lights/0/uri", "bad.ies");
-    light = Json::object();
-    refused(document, "bad_gltf", "/extensions/EXT_lights_ies/lights/0", "");
-    light["bufferView"] = 0;
-    refused(document, "bad_profile", "/extensions/EXT_lights_ies/lights/0/bufferView", "0");
     write("good.ies", ies::synthetic_lm63("bulb"));
     light = {{"uri", "good.ies"}};
     document["nodes"][0]["extensions"]["EXT_lights_ies"]["multiplier"] = -1;

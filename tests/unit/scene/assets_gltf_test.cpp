@@ -52,6 +52,11 @@ TEST_F(AssetsGltf, ReflectancesAreBounded) {
     const auto grey = load_scene(write("grey.gltf", document.dump()));
     ASSERT_TRUE(grey);
     EXPECT_TRUE((*grey)->warnings.empty()) << "what no mesh shows is not worth a word";
+    write("white.png", *encode_png({1, 1, {255, 255, 255}}));
+    document = textured("white.png");
+    document["materials"].push_back(document["materials"][0]);  // no mesh shows it
+    document["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = {0.5, 0.5, 0.5, 1};
+    EXPECT_EQ(good(document)->images.at(0).rgba.at(0), 255) << "its factor does not count";
 }
 
 TEST_F(AssetsGltf, NodesMultiplyInDouble) {
@@ -62,7 +67,9 @@ TEST_F(AssetsGltf, NodesMultiplyInDouble) {
         {"matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0.5,0,0,1], "mesh": 0}])");
     const auto scene = good(document);
     const glm::dvec3 corner(scene->instances.at(0).world_from_mesh * glm::dvec4(1, 0, 0, 1));
-    EXPECT_NEAR(corner.x, 10000000.25, 1e-8);
+    // Shifted by whole kilometres after they were multiplied: single precision has steps of 1 m there.
+    EXPECT_TRUE(warns(*scene, "relative to 10000000, 0, 0 m:"));
+    EXPECT_NEAR(corner.x, 0.25, 1e-8);
     EXPECT_NEAR(corner.y, 3.0, 1e-12);
 }
 

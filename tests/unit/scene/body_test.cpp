@@ -138,8 +138,8 @@ std::string body_gdtf(const std::string& more_models = "", const std::string& ge
 
 constexpr const char* kHanging = "{1,0,0}{0,1,0}{0,0,1}{1000,2000,5000}";
 
-std::shared_ptr<SceneAsset> imported(const std::string& gdtf, const std::string& matrix = kHanging,
-                                     const std::string& more = "", const std::string& beside = "") {
+std::shared_ptr<SceneAsset> imported_type(const std::string& gdtf, const std::string& matrix = kHanging,
+                                          const std::string& more = "", const std::string& beside = "") {
     const std::string fixture = "<Fixture name='Spot'><Matrix>" + matrix + "</Matrix><GDTFSpec>Maker@Head</GDTFSpec>" +
                                 "<Addresses><Address break='0'>1</Address></Addresses>" + more + "</Fixture>";
     const auto bytes = write_zip(std::vector<ZipFile>{
@@ -176,7 +176,7 @@ void set(Scene& scene, const std::function<void(v1::SetLight&)>& fill) {
 }
 
 TEST(BodyImport, PartsHaveTheirModelsSizeAndPlace) {
-    const auto asset = imported(body_gdtf());
+    const auto asset = imported_type(body_gdtf());
     ASSERT_TRUE(asset->bodies);
     const Bodies& bodies = *asset->bodies;
     ASSERT_EQ(bodies.parts.size(), 3u);
@@ -199,7 +199,7 @@ TEST(BodyImport, PartsHaveTheirModelsSizeAndPlace) {
 
 // The guide's directions of a plain head, of GDTF's axes: Z up.
 TEST(BodyImport, AHeadSwingsAsGdtfSays) {
-    const auto asset = imported(body_gdtf());
+    const auto asset = imported_type(body_gdtf());
     Scene scene = scene_of(asset);
     struct Row {
         double pan_deg, tilt_deg;
@@ -230,7 +230,7 @@ TEST(BodyImport, MountedUprightAndTurnedTheYokeFollowsThePan) {
     for (const char* matrix : {"{0,1,0}{-1,0,0}{0,0,1}{0,0,5000}", "{1,0,0}{0,-1,0}{0,0,-1}{0,0,1000}",
                                "{0,-1,0}{-1,0,0}{0,0,-1}{0,0,1000}"}) {
         SCOPED_TRACE(matrix);
-        const auto asset = imported(body_gdtf(), matrix);
+        const auto asset = imported_type(body_gdtf(), matrix);
         Scene scene = scene_of(asset);
         const auto at_home = body_places(scene);
         const v1::PatchRow *pan = nullptr, *tilt = nullptr;
@@ -262,12 +262,12 @@ TEST(BodyImport, MountedUprightAndTurnedTheYokeFollowsThePan) {
 TEST(BodyImport, AFocusPointTurnsHeadsAndWholeBodies) {
     const std::string focus =
         "<FocusPoint name='F' uuid='f'><Matrix>{1,0,0}{0,1,0}{0,0,1}{4000,2000,500}</Matrix></FocusPoint>";
-    const auto head = imported(body_gdtf(), kHanging, "<Focus>f</Focus>", focus);
+    const auto head = imported_type(body_gdtf(), kHanging, "<Focus>f</Focus>", focus);
     const auto places = body_places(scene_of(head));
     expect_near(direction(*places[2], {0, 0, -1}), aim_of(head->lights[0].world_from_light), 1e-6);
     expect_near(direction(*places[0], {0, 0, 1}), {0, 1, 0}, 1e-9);
-    const auto par = imported(body_gdtf("", "<Geometry Name='Base' Model='Foot'><Beam Name='Lens'/></Geometry>"),
-                              kHanging, "<Focus>f</Focus>", focus);
+    const auto par = imported_type(body_gdtf("", "<Geometry Name='Base' Model='Foot'><Beam Name='Lens'/></Geometry>"),
+                                   kHanging, "<Focus>f</Focus>", focus);
     ASSERT_EQ(par->bodies->parts.size(), 1u);
     const glm::dmat4 place = *body_places(scene_of(par))[0];
     expect_near(direction(place, {0, 0, -1}), aim_of(par->lights[0].world_from_light), 1e-9);
@@ -290,7 +290,7 @@ TEST(BodyImport, AGlbStandsUprightAndHasItsModelsSize) {
                          .modes = mode_text("Base", channel_text("Base", "Dimmer", "1")),
                          .models = "<Model Name='Tower' Length='2' Width='0.3' Height='0.4' File='tower'/>"});
     const auto asset =
-        imported(*write_zip(std::vector<ZipFile>{{"description.xml", text}, {"models/gltf/tower.glb", *glb}}));
+        imported_type(*write_zip(std::vector<ZipFile>{{"description.xml", text}, {"models/gltf/tower.glb", *glb}}));
     ASSERT_TRUE(asset->bodies);
     const SceneAsset& shown = asset->bodies->shown;
     const Bounds box_m = box_of(shown, 0, glm::dmat4(1.0));
@@ -311,7 +311,7 @@ TEST(BodyImport, PartsFollowTheLightBelowThem) {
                             channel_text("A", "Tilt", "1", "-90", "90") + channel_text("B", "Tilt", "2", "-90", "90")),
          .models = "<Model Name='Foot' Length='0.8' Width='0.2' Height='0.1' PrimitiveType='Cube'/>"
                    "<Model Name='Barrel' Length='0.2' Width='0.2' Height='0.4' PrimitiveType='Cylinder'/>"});
-    const auto asset = imported(*write_zip(std::vector<ZipFile>{{"description.xml", text}}));
+    const auto asset = imported_type(*write_zip(std::vector<ZipFile>{{"description.xml", text}}));
     ASSERT_EQ(asset->lights.size(), 2u);
     ASSERT_TRUE(asset->bodies);
     ASSERT_EQ(asset->bodies->mounts.size(), 2u);
@@ -330,7 +330,7 @@ TEST(BodyImport, PartsFollowTheLightBelowThem) {
 }
 
 TEST(BodyImport, WhatIsMissingIsNamed) {
-    const auto asset = imported(
+    const auto asset = imported_type(
         body_gdtf("<Model Name='Gone' Length='1' Width='1' Height='1' File='gone'/><Model Name='Tail' Length='1' "
                   "Width='1' Height='1' PrimitiveType='Pigtail'/>",
                   "<Geometry Name='Base' Model='Gone'><Geometry Name='Cable' Model='Tail'/><Geometry Name='Foot' "
@@ -344,7 +344,7 @@ TEST(BodyImport, WhatIsMissingIsNamed) {
 TEST(BodyImport, AllPrimitivesHaveMeshes) {
     for (const char* name : {"Cube", "Cylinder", "Sphere", "Base", "Yoke", "Head", "Scanner", "Conventional", "Base1_1",
                              "Scanner1_1", "Conventional1_1"}) {
-        const auto asset = imported(body_gdtf(
+        const auto asset = imported_type(body_gdtf(
             std::string("<Model Name='One' Length='0.5' Width='0.3' Height='0.7' PrimitiveType='") + name + "'/>",
             "<Geometry Name='Base' Model='One'><Beam Name='Lens'/></Geometry>"));
         ASSERT_TRUE(asset->bodies) << name;
@@ -355,7 +355,7 @@ TEST(BodyImport, AllPrimitivesHaveMeshes) {
 }
 
 TEST(BodyImport, BodiesFollowTheirLightsLives) {
-    Scene scene = scene_of(imported(body_gdtf()));
+    Scene scene = scene_of(imported_type(body_gdtf()));
     v1::Command command;
     command.mutable_rename_light()->set_name("Spot");
     command.mutable_rename_light()->set_new_name("Other");
@@ -367,7 +367,7 @@ TEST(BodyImport, BodiesFollowTheirLightsLives) {
 }
 
 TEST(BodyImport, AScaledSceneHasScaledBodies) {
-    const auto asset = imported(body_gdtf());
+    const auto asset = imported_type(body_gdtf());
     SceneAsset scaled = *asset;
     scale_scene(scaled, 2.5);
     const auto as_shared = std::make_shared<const SceneAsset>(scaled);
@@ -383,7 +383,7 @@ TEST(BodyImport, AScaledSceneHasScaledBodies) {
 
 // A floor under a head: rays of viewers meet the head, those of light pass it.
 TEST(BodyImport, ViewersSeeThemAndLightDoesNot) {
-    auto asset = imported(body_gdtf());
+    auto asset = imported_type(body_gdtf());
     Mesh floor;
     add_quad(floor, {-4, 0, 4}, {4, 0, 4}, {4, 0, -4}, {-4, 0, -4});
     add_instance(*asset, add_mesh(*asset, std::move(floor), add_material(*asset, "floor", glm::vec3(0.5f))), "floor");

@@ -25,7 +25,7 @@ FixtureType type_of(const test::GdtfText& text, std::vector<std::string> entries
     return type ? *type : FixtureType{};
 }
 
-bool says(const FixtureType& type, Outcome outcome, const std::string& what) {
+bool notes(const FixtureType& type, Outcome outcome, const std::string& what) {
     return type.report.count(outcome, what) > 0;
 }
 
@@ -163,7 +163,7 @@ TEST(Gdtf, CyclesDepthAndUnknownNamesAreLeftOutByName) {
     for (const char* what :
          {"a reference contains itself", "a reference names no top-level geometry", "a geometry lies too deep",
           "a channel's geometry is not in its mode", "a mode names no top-level geometry"})
-        EXPECT_TRUE(says(type, Outcome::left_out, what)) << what;
+        EXPECT_TRUE(notes(type, Outcome::left_out, what)) << what;
 }
 
 TEST(Gdtf, ReferencesThatMultiplyAreRefusedAtTheBound) {
@@ -323,9 +323,9 @@ TEST(Gdtf, WheelsModelsAndPictures) {
     EXPECT_EQ(type.models[0].primitive, "Base");
     EXPECT_EQ(type.modes.at(0).geometries.at(0).model, 0);
     EXPECT_EQ(type.modes[0].channels.at(0).functions.at(0).wheel, 0);
-    EXPECT_TRUE(says(type, Outcome::left_out, "a wheel's picture is not in the archive"));
-    EXPECT_TRUE(says(type, Outcome::left_out, "a model's file is not in the archive"));
-    EXPECT_TRUE(says(type, Outcome::defaulted, "a beam has only default photometry"));
+    EXPECT_TRUE(notes(type, Outcome::left_out, "a wheel's picture is not in the archive"));
+    EXPECT_TRUE(notes(type, Outcome::left_out, "a model's file is not in the archive"));
+    EXPECT_TRUE(notes(type, Outcome::defaulted, "a beam has only default photometry"));
 }
 
 // What each sample holds. slots: break 1 of Element 1 and Element 2 for Pan, Tilt, Zoom, Focus1.
@@ -362,7 +362,7 @@ TEST(Gdtf, Samples) {
     }
     const auto clash = sample(gdtf / (test + "@v1_first_try.channel_clash.gdtf"));
     ASSERT_TRUE(clash);
-    EXPECT_TRUE(says(*clash, Outcome::guessed, "two channels share a slot: it drives both"));
+    EXPECT_TRUE(notes(*clash, Outcome::guessed, "two channels share a slot: it drives both"));
     const auto missing = sample(gdtf / (test + "@v1_first_try.missing_break_in_geometry_reference.gdtf"));
     ASSERT_TRUE(missing);
     EXPECT_EQ(missing->report.count(Outcome::left_out, "a reference has no break for a channel"), 1u);

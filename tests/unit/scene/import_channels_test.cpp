@@ -11,6 +11,7 @@
 #include "server/scene/console.h"
 #include "server/scene/orientation.h"
 #include "server/scene/white.h"
+#include "tests/unit/scene/chromaticity.h"
 #include "tests/unit/scene/mvr_shows.h"
 
 namespace gonio {
@@ -45,10 +46,6 @@ Scene heard(const std::shared_ptr<SceneAsset>& asset, const std::vector<std::uin
     const auto values = reader.read({DmxProtocol::sacn, 1}, universe);
     for (const auto& refused : apply_inputs(scene, commands_of(scene, values))) EXPECT_FALSE(refused);
     return scene;
-}
-
-double luminance(const glm::dvec3& rgb) {
-    return 0.2126 * rgb.r + 0.7152 * rgb.g + 0.0722 * rgb.b;
 }
 
 // Light is a sum of emitters, each with its share of all luminances: 21.3, 71.5, 7.2 and 100 percent, as the standard
@@ -94,10 +91,8 @@ TEST(ImportChannels, FiltersMultiply) {
     const auto asset =
         show_of(gdtf_of(channel_text("Base", "ColorSub_C", "1") + channel_text("Base", "ColorSub_M", "2") +
                         channel_text("Base", "ColorSub_Y", "3")));
-    const glm::dvec3 white = white_factors(6000, 0.0);
-    const auto share = [&](std::vector<std::uint8_t> levels) {
-        return heard(asset, levels).lights.at(0).color / white;
-    };
+    EXPECT_EQ(scene_of(asset).lights.at(0).cct_k, 6000.0) << "the lamp's white is beside them";
+    const auto share = [&](std::vector<std::uint8_t> levels) { return heard(asset, levels).lights.at(0).color; };
     EXPECT_NEAR(glm::length(share({0, 0, 0}) - glm::dvec3(1.0)), 0.0, 0.01);
     const glm::dvec3 c = share({255, 0, 0}), m = share({0, 255, 0}), half = share({128, 0, 0});
     EXPECT_LT(c.r, 0.05);
@@ -134,7 +129,7 @@ TEST(ImportChannels, TemperaturesAreTheLamps) {
         const auto unfilled =
             show_of(gdtf_of(channel_text("Base", attribute, "1") + channel_text("Base", "Dimmer", "2")));
         EXPECT_TRUE(says(*unfilled, "the colour temperatures of a fixture type were never filled in"));
-        EXPECT_EQ(heard(unfilled, {255, 255}).lights.at(0).cct_k, 0.0);
+        EXPECT_EQ(heard(unfilled, {255, 255}).lights.at(0).cct_k, 6000.0) << "the lamp's own";
     }
 }
 

@@ -19,7 +19,7 @@ std::string little_endian(std::uint32_t value, int bytes) {
     return result;
 }
 
-std::string chunk(std::uint32_t id, const std::string& content) {
+std::string glb_chunk(std::uint32_t id, const std::string& content) {
     return little_endian(id, 2) + little_endian(static_cast<std::uint32_t>(content.size()) + 6, 4) + content;
 }
 
@@ -33,8 +33,9 @@ std::string square_3ds(float first = 0.0f, std::uint32_t last = 3) {
     }
     std::string faces = little_endian(2, 2);
     for (const std::uint32_t point : {0u, 1u, 2u, 0u, 0u, 2u, last, 0u}) faces += little_endian(point, 2);
-    return chunk(0x4D4D, chunk(0x3D3D, chunk(0x4000, std::string("o\0", 2) +
-                                                         chunk(0x4100, chunk(0x4110, points) + chunk(0x4120, faces)))));
+    return glb_chunk(0x4D4D, glb_chunk(0x3D3D, glb_chunk(0x4000, std::string("o\0", 2) +
+                                                                     glb_chunk(0x4100, glb_chunk(0x4110, points) +
+                                                                                           glb_chunk(0x4120, faces)))));
 }
 
 std::string object(const std::string& file) {
@@ -50,7 +51,7 @@ TEST(ImportModels, FacesOf3dsThatAreLostAreCounted) {
         {{"good.3ds", square_3ds()},
          {"nan.3ds", square_3ds(NAN)},
          {"face.3ds", square_3ds(0.0f, 999)},
-         {"empty.3ds", chunk(0x4D4D, "")},
+         {"empty.3ds", glb_chunk(0x4D4D, "")},
          {"short.3ds", short_header}}));
     EXPECT_EQ(scene->instances.size(), 2u) << "good, and what is left of face";
     EXPECT_TRUE(says(*scene,

@@ -245,19 +245,6 @@ TEST(ImportMvr, ShareOfAChannel) {
     EXPECT_GT(blue->low(), 0.0);
 }
 
-TEST(ImportMvr, BeamsThatAreNotSpotsAreNamed) {
-    const auto shown = [](const std::string& type) {
-        const std::string beam = "<Beam Name='Lens' LuminousFlux='1000' BeamType='" + type + "'/>";
-        const std::string text =
-            gdtf_text({.geometries = "<Geometry Name='Base'>" + beam + "</Geometry>", .modes = mode_text("Base", "")});
-        return imported(show_mvr(fixture("Spot", kHanging),
-                                 {{"Maker@Head.gdtf", *write_zip(std::vector<ZipFile>{{"description.xml", text}})}}));
-    };
-    EXPECT_TRUE(says(*shown("Rectangle"), "guessed: a rectangular beam is round: \"Type\""));
-    EXPECT_TRUE(says(*shown("Glow"), "guessed: a beam of the type None or Glow shines as a spot: \"Type\""));
-    EXPECT_FALSE(says(*shown("Spot"), "beam"));
-}
-
 // A dimmer with the curve x² of a DMX profile: each value of the slot has what the curve gives, within a step of it.
 TEST(ImportMvr, DmxProfileOfADimmer) {
     const std::string text = gdtf_text(
@@ -317,6 +304,7 @@ TEST(ImportMvr, UniversesMoveByTheOffset) {
     const auto universe = [&](int offset) -> unsigned {
         const auto scene = exchange::load_any_scene(path.string(), "", {.universe_offset = offset}, kRoom);
         EXPECT_TRUE(scene) << scene.error().text();
+        EXPECT_EQ(scene ? (*scene)->imported->universe_offset : 99, offset);
         const v1::PatchRow* row = scene ? row_of(**scene, "Spot", "level") : nullptr;
         return row == nullptr ? 0 : row->universe();
     };

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numbers>
 
 #include "server/exchange/gdtf.h"
 #include "tests/unit/scene/exchange_test_support.h"
@@ -219,7 +220,9 @@ TEST(Mvr, EmptyAllZeroAndOddMatrices) {
         EXPECT_EQ(show.objects.at(static_cast<std::size_t>(i)).world_from_object, glm::dmat4(1.0));
     expect_near(show.objects.at(4).world_from_object[3], {1, 0, 0}, 1e-12);
     EXPECT_EQ(show.report.count(Outcome::defaulted, "an empty matrix: it is where its parent is"), 2u);
-    EXPECT_EQ(show.report.count(Outcome::defaulted, "a matrix is not of numbers: it is where its parent is"), 2u);
+    EXPECT_EQ(
+        show.report.count(Outcome::defaulted, "a matrix is not of numbers up to 1,000 km: it is where its parent is"),
+        2u);
 }
 
 // DIN SPEC 15801: integers and floats are those of XML; a decimal comma is none.
@@ -235,7 +238,7 @@ TEST(Mvr, NumbersWithTextBehindThemAreNoneAndAreNamed) {
     EXPECT_EQ(show.fixtures[0].patches, (std::vector<mvr::Patch>{{1, 1, 9}})) << "a break's default is 0";
     const auto lines = exchange::report_lines(show.report);
     for (const char* line :
-         {"defaulted: a matrix is not of numbers: it is where its parent is: \"A "
+         {"defaulted: a matrix is not of numbers up to 1,000 km: it is where its parent is: \"A "
           "Matrix={1;0;0}{0;1;0}{0;0;1}{1000,5;0;0\"",
           "defaulted: a value is no number: its default stands: \"A FixtureIDNumeric=7b\", \"A break=1,5\"",
           "left out: a fixture's colour is none: \"A Color=0,31;0,33;100\"", "left out: an address is none: \"A: 2,5\"",
@@ -374,7 +377,8 @@ TEST(Mvr, WhatFixturesSayIsKeptAndWhatIsNotReadIsNamed) {
     EXPECT_FALSE(fixture.casts_shadow);
     EXPECT_EQ(fixture.color->at(2), 99.9);
     EXPECT_EQ(fixture.commands, (std::vector<std::string>{"Yoke_Pan.Pan.Pan 1,f 45.0"}));
-    EXPECT_EQ(show.report.count(Outcome::left_out, "Gobo of an object"), 1u);
+    EXPECT_EQ(show.report.count(Outcome::left_out, "a fixture's gobo is not in the archive"), 1u);
+    EXPECT_NEAR(fixture.gobo_rad, 3.0 * std::numbers::pi / 180.0, 1e-12);
     EXPECT_EQ(show.report.count(Outcome::left_out, "there is no such object"), 1u);
 }
 

@@ -85,6 +85,19 @@ TEST(ShapedProfile, ZoomIsTheBeamOfThatAngle) {
         }
 }
 
+// A picture in the web hides where half the peak is: at the open beam's own angle the zoom changes nothing.
+TEST(ShapedProfile, AWebBehindItsOwnPictureZoomsByTheOpenBeam) {
+    const auto open = gdtf::beam_web(beam_of(25, 40), std::nullopt);
+    auto profile = profile_of(gobo_web(open, half_plane(), Angle::degrees(45)));
+    profile->open_width_rad = beam_width(open);
+    EXPECT_NEAR(profile->open_width_rad, 25 * kDegree, 0.1 * kDegree);
+    const auto zoomed = shaped_profile(profile, {.zoom_rad = profile->open_width_rad});
+    ASSERT_NE(zoomed, nullptr);
+    for (const double v : {0.0, 3.0, 8.0, 12.0})
+        for (const double h : {0.0, 45.0, 200.0})
+            EXPECT_NEAR(at(zoomed->photometry.web, v, h), at(profile->photometry.web, v, h), 1e-4 * profile->peak_cd);
+}
+
 TEST(ShapedProfile, AMeasuredWebKeepsItsFluxAndNothingGetsBehind) {
     ies::PhotometricWeb web{
         ies::Goniometer::type_c, {}, {0, 90 * kDegree, 180 * kDegree, 270 * kDegree, 360 * kDegree}, {}};

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
+#include <fstream>
 #include <vector>
 
 #include "protocol/dmx/artnet.h"
@@ -84,23 +86,115 @@ std::optional<Timecode> read(MtcReader& reader, const std::vector<std::uint8_t>&
     return newest;
 }
 
+// F0 7F 7F 01 01 hh mm ss ff F7: a locate, after which time is known.
+void locate(MtcReader& reader, const Timecode& time) {
+    const TimecodeLabel& label = time.label;
+    const auto hours = static_cast<std::uint8_t>(static_cast<unsigned>(time.rate) << 5 | label.hours);
+    EXPECT_EQ(read(reader, {0xF0, 0x7F, 0x7F, 0x01, 0x01, hours, label.minutes, label.seconds, label.frames, 0xF7}),
+              time);
+}
+
 // Eight pieces take two frames: what they say is two frames old.
 TEST(Mtc, QuarterFramesAreTwoFramesOld) {
     for (const TimecodeRate rate : {film24, ebu25, drop30, smpte30}) {
         MtcReader reader;
+        locate(reader, tc("10:20:30:10", rate));
         EXPECT_EQ(read(reader, quarters(tc("10:20:30:10", rate))), tc("10:20:30:12", rate));
     }
     MtcReader reader;
+    locate(reader, tc("00:00:59:28", drop30));
     EXPECT_EQ(read(reader, quarters(tc("00:00:59:28", drop30))), tc("00:01:00:02", drop30));
     // The bytes by hand: 01:02:03:04 at 25 frames.
+    locate(reader, tc("01:02:03:04", ebu25));
     EXPECT_EQ(
         read(reader, {0xF1, 0x04, 0xF1, 0x10, 0xF1, 0x23, 0xF1, 0x30, 0xF1, 0x42, 0xF1, 0x50, 0xF1, 0x61, 0xF1, 0x72}),
         tc("01:02:03:06", ebu25));
 }
 
+// The time of each of the frames, as a sender says it that reads its running clock anew for every piece. `first`: the
+// frame of piece 0; `change`: the piece from which on the clock shows the next one.
+std::vector<std::uint8_t> spliced(std::int64_t first, int change, TimecodeRate rate) {
+    const std::vector<std::uint8_t> before = quarters(timecode_of(first, rate)),
+                                    middle = quarters(timecode_of(first + 1, rate)),
+                                    after = quarters(timecode_of(first + 2, rate));
+    std::vector<std::uint8_t> bytes;
+    for (int piece = 0; piece < 8; ++piece) {
+        const auto& now = piece < change ? before : piece < change + 4 ? middle : after;
+        bytes.insert(bytes.end(), now.begin() + 2 * piece, now.begin() + 2 * piece + 2);
+    }
+    return bytes;
+}
+
+// SuperTimecodeConverter, issue 16: at a roll-over the pieces of two times make a third, which time never reaches. What
+// counts is never far from the frame that runs, at any rate, over roll-overs of seconds, minutes, hours and the day.
+TEST(Mtc, PiecesOfTwoTimesMakeNoThird) {
+    for (const TimecodeRate rate : {film24, ebu25, drop30, smpte30})
+        for (const char* begin :
+             {"00:00:57:01", "00:00:57:00", "00:59:56:01", "09:59:57:00", "15:59:58:01", "23:59:57:01", "00:09:58:00"})
+            for (int change = 0; change < 5; ++change) {
+                MtcReader reader;
+                std::size_t counted = 0;
+                const std::int64_t from = frame_count(tc(begin, rate));
+                for (int set = 0; set < 120; ++set) {
+                    const std::int64_t frame = from + 2 * set;
+                    const auto now = read(reader, spliced(frame, change, rate));
+                    if (!now) continue;
+                    ++counted;
+                    // Two frames later, and at most two frames of doubt.
+                    const std::int64_t day = frame_count(timecode_of(-1, rate)) + 1;
+                    const std::int64_t off = (frame_count(*now) - (frame + 2) % day + day + 2) % day;
+                    ASSERT_LE(off, 4) << print_timecode(now->label) << " for "
+                                      << print_timecode(timecode_of(frame, rate).label);
+                }
+                EXPECT_GE(counted, 90u) << "what is right is not lost with it";
+            }
+}
+
+TEST(Mtc, AJumpCountsWithItsSecondTime) {
+    MtcReader reader;
+    locate(reader, tc("01:00:00:00", ebu25));
+    EXPECT_EQ(read(reader, quarters(tc("01:00:00:00", ebu25))), tc("01:00:00:02", ebu25));
+    EXPECT_FALSE(read(reader, quarters(tc("02:00:00:00", ebu25)))) << "one alone may be wrong";
+    EXPECT_EQ(read(reader, quarters(tc("02:00:00:02", ebu25))), tc("02:00:00:04", ebu25)) << "two are a jump";
+    EXPECT_FALSE(read(reader, quarters(tc("01:00:00:00", ebu25)))) << "back likewise";
+    EXPECT_TRUE(read(reader, quarters(tc("01:00:00:02", ebu25))));
+    EXPECT_FALSE(read(reader, quarters(tc("01:00:00:04", smpte30)))) << "another rate is another time";
+    EXPECT_TRUE(read(reader, quarters(tc("01:00:00:06", smpte30))));
+    // One wrong time between right ones costs that one alone.
+    EXPECT_FALSE(read(reader, quarters(tc("01:01:00:08", smpte30))));
+    EXPECT_EQ(read(reader, quarters(tc("01:00:00:10", smpte30))), tc("01:00:00:12", smpte30));
+    MtcReader fresh;
+    EXPECT_FALSE(read(fresh, quarters(tc("03:00:00:00", ebu25)))) << "the first one of all may be wrong too";
+    EXPECT_TRUE(read(fresh, quarters(tc("03:00:00:02", ebu25))));
+    EXPECT_TRUE(read(fresh, quarters(tc("03:00:00:02", ebu25)))) << "the same again: the tape stands";
+}
+
+// The recording of the issue, where it is there.
+TEST(Mtc, ARecordingOfASenderThatSplices) {
+    std::ifstream file(GONIO_SOURCE_DIR "/../shared/data/cases/32-mtc-spliced/spliced.replay");
+    if (!file) GTEST_SKIP() << "shared/data is not there";
+    MtcReader reader;
+    std::optional<Timecode> last;
+    std::string line;
+    for (std::getline(file, line); std::getline(file, line);) {
+        double at_ms = 0;
+        unsigned status = 0, data = 0;
+        if (std::sscanf(line.c_str(), "%lf %x %x", &at_ms, &status, &data) != 3) continue;
+        for (const unsigned byte : {status, data})
+            if (const auto now = reader.take(static_cast<std::uint8_t>(byte))) {
+                EXPECT_TRUE(!last || frame_count(*last) <= frame_count(*now)) << print_timecode(now->label);
+                EXPECT_LT(frame_count(*now), frame_count(tc("00:01:06:00", smpte30)));
+                last = now;
+            }
+    }
+    ASSERT_TRUE(last);
+    EXPECT_GE(frame_count(*last), frame_count(tc("00:01:04:00", smpte30)));
+}
+
 TEST(Mtc, OnlyEightPiecesInARowCount) {
     MtcReader reader;
     std::vector<std::uint8_t> whole = quarters(tc("01:00:00:00", ebu25));
+    locate(reader, tc("01:00:00:00", ebu25));
     EXPECT_FALSE(read(reader, {whole.begin() + 6, whole.end()})) << "from the middle on";
     EXPECT_TRUE(read(reader, whole));
     std::vector<std::uint8_t> lost = whole;
@@ -112,6 +206,7 @@ TEST(Mtc, OnlyEightPiecesInARowCount) {
     EXPECT_TRUE(read(reader, clocked)) << "clocks may stand anywhere";
     std::vector<std::uint8_t> back;
     for (std::size_t i = 8; i-- > 0;) back.insert(back.end(), {0xF1, whole[2 * i + 1]});
+    locate(reader, tc("01:00:00:00", ebu25));
     EXPECT_EQ(read(reader, back), tc("00:59:59:23", ebu25)) << "a tape that runs backwards";
 }
 
@@ -126,29 +221,31 @@ TEST(Mtc, AFullFrameCountsAtOnce) {
 
 // Of a raw port and of USB alike; controllers beside it stay what they are.
 TEST(Mtc, BothKindsOfMidiPortReadIt) {
-    std::vector<std::uint8_t> raw = quarters(tc("01:00:00:00", smpte30));
+    std::vector<std::uint8_t> raw = quarters(tc("00:59:59:28", smpte30));
+    const std::vector<std::uint8_t> later = quarters(tc("01:00:00:00", smpte30));
+    raw.insert(raw.end(), later.begin(), later.end());
     raw.insert(raw.begin() + 4, {0xB0, 0x07, 0x40});
     MidiStream stream;
     std::vector<MidiMessage> messages;
     EXPECT_EQ(stream.take(raw, messages), 0u);
     EXPECT_EQ(messages, (std::vector<MidiMessage>{{0, 0xB0, {0x07, 0x40}}}));
-    EXPECT_EQ(stream.take_time(), tc("01:00:00:02", smpte30));
-    EXPECT_FALSE(stream.take_time());
+    EXPECT_EQ(stream.take_news().timecode, tc("01:00:00:02", smpte30));
+    EXPECT_TRUE(stream.take_news().empty());
 
     std::vector<std::uint8_t> usb;
-    const std::vector<std::uint8_t> plain = quarters(tc("01:00:00:00", smpte30));
+    std::vector<std::uint8_t> plain = quarters(tc("00:59:59:28", smpte30));
+    plain.insert(plain.end(), later.begin(), later.end());
     for (std::size_t i = 0; i < plain.size(); i += 2) usb.insert(usb.end(), {0x02, plain[i], plain[i + 1], 0x00});
     usb.insert(usb.end(), {0x0B, 0xB0, 0x07, 0x41});
-    MidiTime time;
+    MidiSystem system;
     messages.clear();
-    EXPECT_EQ(read_usb_midi(usb, messages, &time), 0u);
+    EXPECT_EQ(read_usb_midi(usb, messages, &system), 0u);
     EXPECT_EQ(messages, (std::vector<MidiMessage>{{0, 0xB0, {0x07, 0x41}}}));
-    EXPECT_EQ(time.newest, tc("01:00:00:02", smpte30));
-    time.newest.reset();
+    EXPECT_EQ(system.take_news().timecode, tc("01:00:00:02", smpte30));
     read_usb_midi(std::vector<std::uint8_t>{0x04, 0xF0, 0x7F, 0x7F, 0x04, 0x01, 0x01, 0x61, 0x04, 0x02, 0x03, 0x04,
                                             0x05, 0xF7, 0, 0},
-                  messages, &time);
-    EXPECT_EQ(time.newest, tc("01:02:03:04", smpte30));
+                  messages, &system);
+    EXPECT_EQ(system.take_news().timecode, tc("01:02:03:04", smpte30));
 }
 
 // Art-Net 4, "ArtTimeCode": 19 bytes; frames, seconds, minutes, hours, type.
@@ -241,6 +338,29 @@ TEST_F(Chase, AShortDropOutIsNoJump) {
     hear(19.52, 100.02);
     hear(19.6, 100.1);
     EXPECT_EQ(said(hear(20.4, 100.9)), "start 2 at 100.50;");
+}
+
+// Art-Net's labels come whole, but nothing has compared them.
+TEST_F(Chase, OneWrongLabelAmongRightOnesStartsNothing) {
+    const auto hear_unsure = [&](double code_s, double at_s) {
+        return chase.take(timecode_of(90'000 + std::llround(code_s * 25), ebu25), ns(at_s), cues, 1.0, false);
+    };
+    EXPECT_EQ(said(hear_unsure(11, 100)), "jump to 1 at 99.000;") << "the first one is where time is";
+    EXPECT_EQ(said(hear_unsure(31, 100.04)), "");
+    EXPECT_EQ(said(hear_unsure(11.08, 100.08)), "") << "time goes on as before";
+    EXPECT_EQ(said(step(100.4)), "") << "and what was doubted is forgotten";
+    EXPECT_EQ(said(hear_unsure(11.48, 100.48)), "");
+    EXPECT_EQ(said(hear_unsure(2, 100.52)), "");
+    EXPECT_EQ(said(hear_unsure(21, 100.56)), "") << "two wrong ones that contradict each other";
+    EXPECT_EQ(said(hear_unsure(11.6, 100.6)), "");
+    EXPECT_EQ(said(hear_unsure(31, 100.64)), "");
+    EXPECT_EQ(said(hear_unsure(31.04, 100.68)), "jump to 3 at 99.640;") << "the second one agrees: a real jump";
+    // A locate is one packet, and then nothing.
+    EXPECT_EQ(said(hear_unsure(12, 100.72)), "");
+    EXPECT_EQ(chase.next_ns(cues, 1.0), ns(100.92));
+    EXPECT_EQ(said(step(100.9)), "");
+    EXPECT_EQ(said(step(100.93)), "jump to 1 at 98.720;");
+    EXPECT_EQ(said(hear_unsure(22, 105)), "jump to 2 at 103.00;") << "where nothing ran it counts at once";
 }
 
 TEST_F(Chase, PausedTimeCodeHolds) {

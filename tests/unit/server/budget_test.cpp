@@ -7,7 +7,7 @@ namespace gonio {
 namespace {
 
 // A machine that needs full_ms for a whole frame and as much less as the efforts say.
-struct Machine {
+struct RenderingMachine {
     Budget budget;
     double full_ms;
     std::int64_t now_ns = 0;
@@ -22,18 +22,18 @@ struct Machine {
 };
 
 TEST(Budget, WithoutALimitEverythingIsDone) {
-    Machine machine{Budget(), 500.0};
+    RenderingMachine machine{Budget(), 500.0};
     for (int i = 0; i < 10; ++i) EXPECT_EQ(machine.heavy_frame(), 0u);
 }
 
 TEST(Budget, AFastMachineDoesEverything) {
-    Machine machine{Budget(1000.0 / 60.0), 12.0};
+    RenderingMachine machine{Budget(1000.0 / 60.0), 12.0};
     for (int i = 0; i < 100; ++i) EXPECT_EQ(machine.heavy_frame(), 0u);
 }
 
 TEST(Budget, KeepsUpWithinHalfASecond) {
     for (const double full_ms : {20.0, 30.0, 35.0}) {
-        Machine machine{Budget(1000.0 / 60.0), full_ms};
+        RenderingMachine machine{Budget(1000.0 / 60.0), full_ms};
         while (machine.now_ns < 500'000'000) machine.heavy_frame();
         const std::size_t effort = machine.heavy_frame();
         EXPECT_LE(full_ms * kQualityLevels[effort].cost, 1000.0 / 60.0) << full_ms;
@@ -43,7 +43,7 @@ TEST(Budget, KeepsUpWithinHalfASecond) {
 }
 
 TEST(Budget, ALoadThatComesAndGoes) {
-    Machine machine{Budget(1000.0 / 30.0), 20.0};
+    RenderingMachine machine{Budget(1000.0 / 30.0), 20.0};
     for (int i = 0; i < 20; ++i) machine.heavy_frame();
     EXPECT_EQ(machine.budget.chosen(), 0u);
     machine.full_ms = 75.0;
@@ -58,7 +58,7 @@ TEST(Budget, ALoadThatComesAndGoes) {
 
 TEST(Budget, DoesNotSwing) {
     for (double full_ms = 10.0; full_ms < 150.0; full_ms += 1.0) {
-        Machine machine{Budget(1000.0 / 60.0), full_ms};
+        RenderingMachine machine{Budget(1000.0 / 60.0), full_ms};
         for (int i = 0; i < 30; ++i) machine.heavy_frame();
         const std::size_t effort = machine.heavy_frame();
         for (int i = 0; i < 30; ++i) EXPECT_EQ(machine.heavy_frame(), effort) << full_ms;
@@ -66,7 +66,7 @@ TEST(Budget, DoesNotSwing) {
 }
 
 TEST(Budget, OwesTheWholePictureWhenNothingMoves) {
-    Machine machine{Budget(1000.0 / 60.0), 60.0};
+    RenderingMachine machine{Budget(1000.0 / 60.0), 60.0};
     for (int i = 0; i < 20; ++i) machine.heavy_frame();
     ASSERT_NE(machine.budget.chosen(), 0u);
     EXPECT_FALSE(machine.budget.owes(machine.now_ns));
@@ -79,7 +79,7 @@ TEST(Budget, OwesTheWholePictureWhenNothingMoves) {
 }
 
 TEST(Budget, LightFramesSayNothing) {
-    Machine machine{Budget(1000.0 / 60.0), 60.0};
+    RenderingMachine machine{Budget(1000.0 / 60.0), 60.0};
     for (int i = 0; i < 20; ++i) machine.heavy_frame();
     const std::size_t effort = machine.budget.chosen();
     for (int i = 0; i < 5; ++i) machine.budget.took(2.0, false, machine.now_ns += 16'000'000);

@@ -197,6 +197,31 @@ TEST_F(Automatic, LevelsAreSeenAsTheyAreRidden) {
     EXPECT_EQ(metered, 2) << "once";
 }
 
+// A metering takes a while: what it found of a scene that was replaced meanwhile is nothing to the next one.
+TEST_F(Automatic, OfAnotherSceneNothingIsTaken) {
+    move(0.5);
+    turn(0.0);
+    answer = 1.0;
+    exposure->tend(scene, 2'000'000'000);
+    std::promise<void> idle;
+    ASSERT_TRUE(loader.submit([&] { idle.set_value(); }));
+    idle.get_future().wait();
+    ASSERT_EQ(metered, 1) << "and its answer waits";
+    Scene next = scene_of(make_atrium(), scene.scene_rev + 1);
+    next.exposure_ev100 = 6.0;
+    scene = next;
+    turn(2.1);
+    EXPECT_FALSE(exposure->gliding());
+    turn(3.0);
+    EXPECT_EQ(scene.exposure_ev100, 6.0);
+    // And it goes on with the new one.
+    move(0.1);
+    turn(4.0);
+    turn(5.1);
+    EXPECT_EQ(metered, 2);
+    EXPECT_TRUE(exposure->gliding());
+}
+
 TEST_F(Automatic, EndsWhereSomebodySetsIt) {
     move(0.1);
     answer = 1.0;

@@ -51,7 +51,7 @@ struct FrontUploadsTest : FrontTest {
 };
 
 TEST(UploadName, IsNoPath) {
-    for (const char* good : {"a.glb", "Room_1-b.GLTF", "x.y.ies", "L.ldt", "t.xml", "t.IESXML", "p.gldf"})
+    for (const char* good : {"a.glb", "Room_1-b.GLTF", "x.y.ies", "L.ldt", "t.xml", "t.IESXML", "p.gldf", "m.zip"})
         EXPECT_TRUE(is_upload_name(good)) << good;
     for (const char* bad : {"", ".glb", "..glb", "a", "a.exe", "a.glb/", "../a.glb", "a/b.glb", "a b.glb", "ä.glb",
                             "a.glb\n", "a.glb.part", "upload:a.glb"})

@@ -110,6 +110,22 @@ TEST_F(LibraryTest, ReadsFoldersAndStaysWithinThem) {
     EXPECT_EQ(library.profile("B.IES").error().code, "not_found");
 }
 
+// As makers hand them out: photometry beside pictures of more than 1 MiB. Of several files none is guessed.
+TEST_F(LibraryTest, ReadsAZipWithOnePhotometricFile) {
+    std::vector<ZipFile> files = {{"sheet.pdf", std::string(2u << 20, 'x'), false}, {"ies/a.ies", spot()}};
+    write("in/one.zip", *write_zip(files));
+    files.push_back({"ies/b.ies", spot()});
+    write("in/two.zip", *write_zip(files));
+    Library library({(folder / "in").string()});
+    const v1::Library found = all(library);
+    ASSERT_NE(row(found, "one.zip"), nullptr);
+    EXPECT_EQ(row(found, "one.zip")->error(), "");
+    EXPECT_TRUE(library.profile("one.zip"));
+    ASSERT_NE(row(found, "two.zip"), nullptr);
+    EXPECT_NE(row(found, "two.zip")->error().find("ies/a.ies, ies/b.ies"), std::string::npos)
+        << row(found, "two.zip")->error();
+}
+
 // The same spot in other formats; a container may be larger than a plain file.
 TEST_F(LibraryTest, ReadsTm33AndGldf) {
     const ies::Photometry first = *ies::read_photometry(spot());
@@ -172,7 +188,9 @@ TEST_F(LibraryTest, KeepsUploadsAndTheScenesOwn) {
     Library library;
     library.keep_upload(*make_profile("mine.ies", spot()));
     library.keep_upload(*make_profile("mine.ies", ies::synthetic_lm63("flood")));
-    library.keep_scene({*make_profile("lamp", spot()), *builtin_profile("flood"), punctual_point_profile()});
+    library.keep_scene({*make_profile("lamp", spot()), *builtin_profile("flood"), punctual_point_profile(),
+                        panel_profile({ies::OpeningShape::rectangle, 1.0 * m, 1.0 * m, 0.0 * m}),
+                        unlit_profile("gone.ies", "missing_file", "the file is missing")});
     v1::Library found = all(library);
     EXPECT_EQ(found.total(), ies::synthetic_luminaires().size() + 2);
     EXPECT_EQ((*library.profile("upload:mine.ies"))->flux_lm, (*builtin_profile("flood"))->flux_lm) << "the newer one";

@@ -260,5 +260,21 @@ TEST_F(OscServers, WhatWaitsForItsTimeIsSmall) {
     EXPECT_EQ(endpoint().refused_sources(), 1u);
 }
 
+// Phones whose clock is off (42-osc-clock-skew): in the past at once, a little ahead later, an hour ahead refused.
+TEST_F(OscServers, ATimeTagFarAheadIsRefusedWithTheReason) {
+    const test::Udp panel;
+    send(panel, bundle_at(tag_in(-3600s), {{kOscImmediately, "/light/past/level", {1.0F}}}));
+    send(panel, bundle_at(kOscImmediately, {{kOscImmediately, "/light/now/level", {1.0F}}}));
+    send(panel, bundle_at(tag_in(30s), {{kOscImmediately, "/light/soon/level", {1.0F}}}));
+    send(panel, bundle_at(tag_in(3600s), {{kOscImmediately, "/light/late/level", {1.0F}}}));
+    ASSERT_TRUE(serve([&] { return packets() == 4; }));
+    ASSERT_EQ(heard.size(), 2u);
+    EXPECT_EQ(heard[0].first, "/light/past/level");
+    EXPECT_EQ(heard[1].first, "/light/now/level");
+    EXPECT_EQ(endpoint().refused_sources(), 1u);
+    EXPECT_NE(endpoint().last_error().find("/light/late/level"), std::string::npos);
+    EXPECT_NE(endpoint().last_error().find("3600 s ahead"), std::string::npos) << endpoint().last_error();
+}
+
 }  // namespace
 }  // namespace gonio

@@ -12,6 +12,7 @@
 #include "protocol/schema/console.pb.h"
 #include "protocol/schema/cue.pb.h"
 #include "protocol/schema/light.pb.h"
+#include "protocol/schema/state.pb.h"
 #include "protocol/schema/surface.pb.h"
 #include "protocol/schema/view.pb.h"
 #include "server/assets/assets.h"
@@ -277,6 +278,29 @@ TEST_F(SavedShow, EveryPropertyComesBack) {
     EXPECT_EQ(restored.scene.lights[1].profile, asset->lights[1].profile) << "the file's own, not a copy";
     // The same photometry under the same name stands in the file once.
     EXPECT_EQ(show_of(scene, texts).profiles_size(), 2);
+}
+
+// Of a scene whose file brings a patch somebody chose the default one.
+TEST_F(SavedShow, TheDefaultPatchComesBackWhereTheFileHasAnother) {
+    auto copy = std::make_shared<SceneAsset>(*asset);
+    auto patch = std::make_shared<v1::SetPatch>();
+    v1::PatchRow& row = *patch->add_rows();
+    row.set_protocol("sacn");
+    row.set_universe(1);
+    row.set_address(7);
+    row.set_target(first);
+    row.set_property("level");
+    copy->patch = patch;
+    asset = copy;
+    scene = scene_of(asset, 7);
+    const auto restored = [&] { return restore_show(show_of(scene, texts), asset, true).scene.patch; };
+    ASSERT_NE(scene.patch, nullptr);
+    EXPECT_EQ(restored()->rows_size(), 1) << "the file's";
+    v1::Command command;
+    command.mutable_set_patch()->set_use_default(true);
+    run(command);
+    ASSERT_EQ(scene.patch, nullptr);
+    EXPECT_EQ(restored(), nullptr);
 }
 
 TEST_F(SavedShow, AnUntouchedSceneComesBackAsItIs) {

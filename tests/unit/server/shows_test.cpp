@@ -3,9 +3,13 @@
 #include "server/session/shows.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <cerrno>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <future>
 
 #include "protocol/schema/command.pb.h"
 #include "protocol/schema/gonio.pb.h"
@@ -17,6 +21,7 @@
 #include "server/session/render_session.h"
 #include "server/show/saved_show.h"
 #include "server/show/show_folder.h"
+#include "tests/unit/assets_gltf_fixture.h"
 
 namespace gonio {
 namespace {
@@ -80,6 +85,39 @@ protected:
         v1::ClientMessage message;
         message.mutable_command()->mutable_open_show()->set_name(name);
         return say(session, message).result();
+    }
+    v1::Result load(const std::string& scene, const std::vector<std::string>& keep = {}) {
+        v1::ClientMessage message;
+        v1::LoadScene& load_scene = *message.mutable_command()->mutable_load_scene();
+        load_scene.set_file(scene);
+        load_scene.mutable_keep()->Add(keep.begin(), keep.end());
+        return say(1, message).result();
+    }
+    v1::Result undo() {
+        v1::ClientMessage message;
+        message.mutable_command()->mutable_undo();
+        return say(1, message).result();
+    }
+    // A room of so many triangles, uploaded as an HTTP client's file appears: whole, under its name at once.
+    void upload(const std::string& name, int triangles) const {
+        std::vector<float> positions;
+        for (int i = 0; i < triangles; ++i)
+            for (const float value : {0, 0, i, 1, 0, i, 0, 1, i}) positions.push_back(value);
+        std::ofstream(home / "uploads" / ".new", std::ios::binary) << with_positions(positions).dump();
+        fs::rename(home / "uploads" / ".new", home / "uploads" / name);
+    }
+    // What the library has of the scene's lights, when the loader is at rest.
+    std::vector<std::string> scene_profiles() {
+        std::promise<void> idle;
+        EXPECT_TRUE(loader.submit([&] { idle.set_value(); }));
+        idle.get_future().wait();
+        v1::ClientMessage message;
+        message.mutable_library()->set_count(500);
+        std::vector<std::string> names;
+        const v1::ServerMessage answer = say(1, message);
+        for (const v1::LibraryRow& row : answer.library().rows())
+            if (row.source() == "scene") names.push_back(row.name());
+        return names;
     }
     v1::Result level(double ratio) {
         v1::ClientMessage message;
@@ -169,9 +207,10 @@ TEST_F(ShowsTest, ASavedShowIsOpenedAsItWas) {
     EXPECT_FALSE(stage->state().show().unsaved());
     v1::ClientMessage undo;
     undo.mutable_command()->mutable_undo();
-    const v1::Result nothing = say(1, undo).result();
-    EXPECT_EQ(nothing.code(), "not_found");
-    EXPECT_NE(nothing.message().find("loaded since"), std::string::npos) << nothing.message();
+    ASSERT_EQ(say(1, undo).result().code(), "ok");
+    EXPECT_EQ(stage->scene().lights[0].level_ratio, 0.75) << "what opening replaced";
+    EXPECT_EQ(stage->scene().lights[0].id, id);
+    EXPECT_TRUE(stage->state().show().unsaved());
 }
 
 TEST_F(ShowsTest, TheFileIsTheShowOfTheStateFile) {
@@ -259,6 +298,137 @@ TEST_F(ShowsTest, AnUploadIsOpenedAndIsNotSavedYet) {
     EXPECT_EQ(stage->scene().lights[0].level_ratio, 0.125);
     EXPECT_EQ(stage->state().show().name(), "");
     EXPECT_TRUE(stage->state().show().unsaved());
+}
+
+// On another machine, or after a restart: there are neither the uploads nor what the library had.
+TEST_F(ShowsTest, AShowHoldsTheSceneThatWasUploaded) {
+    upload("room.gltf", 3);
+    ASSERT_EQ(load("upload:room.gltf", {"lights"}).code(), "ok");
+    EXPECT_FALSE(stage->state().show().not_held());
+    ASSERT_EQ(level(0.25).code(), "ok");
+    const v1::Result saved = save("a");
+    ASSERT_EQ(saved.code(), "ok");
+    EXPECT_EQ(saved.warnings_size(), 0) << saved.warnings(0);
+    ASSERT_EQ(load("cornell").code(), "ok");
+    fs::remove(home / "uploads" / "room.gltf");
+    const v1::Result opened = open("a");
+    ASSERT_EQ(opened.code(), "ok") << opened.message();
+    EXPECT_EQ(opened.warnings_size(), 0) << opened.warnings(0);
+    EXPECT_EQ(stage->scene().asset->name, "upload:room.gltf");
+    EXPECT_EQ(stage->scene().asset->triangles(), 3u);
+    EXPECT_EQ(stage->scene().lights[0].level_ratio, 0.25);
+    // And so does what is saved or downloaded of it again.
+    ASSERT_EQ(save("b").code(), "ok");
+    EXPECT_EQ(read_show(text_of(file("b")))->files_size(), 1);
+    EXPECT_EQ(read_show(shows("").shows().text())->files_size(), 1);
+}
+
+TEST_F(ShowsTest, AFileOfTheServerThatIsAnotherByNowIsSaid) {
+    upload("room.gltf", 3);
+    ASSERT_EQ(load("upload:room.gltf").code(), "ok");
+    ASSERT_EQ(save("a").code(), "ok");
+    upload("room.gltf", 5);
+    const v1::Result opened = open("a");
+    ASSERT_EQ(opened.code(), "ok");
+    ASSERT_EQ(opened.warnings_size(), 1);
+    EXPECT_NE(opened.warnings(0).find("upload:room.gltf"), std::string::npos) << opened.warnings(0);
+    EXPECT_EQ(stage->scene().asset->triangles(), 3u) << "as it was saved";
+}
+
+// The scene that comes back is that of the former bytes, and what is saved of it has them.
+TEST_F(ShowsTest, UndoBringsTheFormerBytesOfAnUploadBack) {
+    upload("room.gltf", 3);
+    ASSERT_EQ(load("upload:room.gltf").code(), "ok");
+    upload("room.gltf", 5);
+    ASSERT_EQ(load("upload:room.gltf").code(), "ok");
+    EXPECT_EQ(stage->scene().asset->triangles(), 5u);
+    ASSERT_EQ(undo().code(), "ok");
+    EXPECT_EQ(stage->scene().asset->triangles(), 3u);
+    const v1::Result saved = save("a");
+    ASSERT_EQ(saved.code(), "ok");
+    EXPECT_EQ(saved.warnings_size(), 0) << saved.warnings(0);
+    ASSERT_EQ(load("cornell").code(), "ok");
+    ASSERT_EQ(open("a").code(), "ok");
+    EXPECT_EQ(stage->scene().asset->triangles(), 3u);
+}
+
+TEST_F(ShowsTest, WhatAShowCannotHoldIsSaidBeforeAndAtSaving) {
+    upload("room.gltf", 3);
+    fs::rename(home / "uploads" / "room.gltf", home / "hall.gltf");
+    ASSERT_EQ(load((home / "hall.gltf").string()).code(), "ok");
+    EXPECT_FALSE(stage->state().show().not_held());
+    fs::resize_file(home / "hall.gltf", 10);
+    const v1::Result saved = save("a");
+    ASSERT_EQ(saved.code(), "ok") << "the lights are saved all the same";
+    ASSERT_EQ(saved.warnings_size(), 1);
+    EXPECT_NE(saved.warnings(0).find("'hall.gltf' was changed"), std::string::npos) << saved.warnings(0);
+    const v1::Result opened = open("a");
+    EXPECT_NE(opened.code(), "ok");
+    EXPECT_NE(opened.message().find("does not hold the file of its scene"), std::string::npos) << opened.message();
+}
+
+// As versions before this one saved them.
+TEST_F(ShowsTest, AnOlderShowOpensWhereItsSceneIsOrSaysWhyNot) {
+    upload("room.gltf", 3);
+    ASSERT_EQ(load("upload:room.gltf").code(), "ok");
+    auto show = *read_show(shows("").shows().text());
+    show.clear_files();
+    fs::create_directories(home / "shows");
+    std::ofstream(file("old")) << write_show(show);
+    ASSERT_EQ(open("old").code(), "ok");
+    fs::remove(home / "uploads" / "room.gltf");
+    const v1::Result opened = open("old");
+    EXPECT_EQ(opened.code(), "not_found");
+    EXPECT_EQ(opened.value(), "old");
+    EXPECT_NE(opened.message().find("upload:room.gltf"), std::string::npos) << opened.message();
+}
+
+// A file of at most this size stands for a full disk: the kernel breaks the write off with EFBIG.
+TEST_F(ShowsTest, AFullDiskLeavesTheShowThatWasThere) {
+    ASSERT_EQ(save("a").code(), "ok");
+    const std::string before = text_of(file("a"));
+    ASSERT_EQ(level(0.25).code(), "ok");
+    std::signal(SIGXFSZ, SIG_IGN);
+    rlimit bound{};
+    ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &bound), 0);
+    rlimit small = bound;
+    small.rlim_cur = before.size() / 2;
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+    const v1::Result refused = save("a");
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &bound), 0);
+    EXPECT_EQ(refused.code(), "file_unwritable");
+    EXPECT_EQ(refused.message(), std::generic_category().message(EFBIG));
+    EXPECT_EQ(text_of(file("a")), before);
+    EXPECT_TRUE(stage->state().show().unsaved());
+    EXPECT_FALSE(fs::exists(home / "shows" / "a.json.part")) << "no half of a file stays";
+    EXPECT_EQ(save("a").code(), "ok");
+}
+
+// Also after an undo, beside lights that were kept, and after a load that was refused when its file had been read.
+TEST_F(ShowsTest, TheLibraryHasTheProfilesOfTheSceneThatIsShown) {
+    v1::ClientMessage lamp;
+    v1::SetLight& set = *lamp.mutable_command()->mutable_set_light();
+    set.set_name(light);
+    set.mutable_profile()->set_name("mine.ies");
+    set.mutable_profile()->set_photometry(
+        "IESNA:LM-63-2002\n[TEST] x\n[TESTLAB] x\n[ISSUEDATE] x\n[MANUFAC] x\nTILT=NONE\n1 -1 1 3 1 1 2 0 0 0\n1 1 "
+        "10\n0 90 180\n0\n100 100 1\n");
+    ASSERT_EQ(say(1, lamp).result().code(), "ok");
+    auto own = *read_show(shows("").shows().text());
+    own.mutable_profiles(0)->set_uploaded(false);  // as of a light that came with a scene
+    fs::create_directories(home / "shows");
+    std::ofstream(file("own")) << write_show(own);
+    ASSERT_EQ(open("own").code(), "ok");
+    const std::vector<std::string> mine{"scene:mine.ies"};
+    EXPECT_EQ(scene_profiles(), mine);
+    ASSERT_EQ(load("atrium").code(), "ok");
+    EXPECT_EQ(scene_profiles(), std::vector<std::string>());
+    ASSERT_EQ(undo().code(), "ok");
+    EXPECT_EQ(scene_profiles(), mine);
+    EXPECT_EQ(load("atrium", {"walls"}).code(), "invalid_argument");
+    EXPECT_EQ(scene_profiles(), mine) << "nothing was loaded";
+    ASSERT_EQ(load("atrium", {"lights"}).code(), "ok");
+    EXPECT_EQ(scene_profiles(), mine) << "its light was kept";
 }
 
 TEST_F(ShowsTest, ADiskThatRefusesIsSaidWithFileAndReason) {

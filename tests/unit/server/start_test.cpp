@@ -3,11 +3,18 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+
 #include "protocol/schema/command.pb.h"
+#include "protocol/schema/console.pb.h"
 #include "server/base/atomic_file.h"
 #include "server/scene/apply.h"
+#include "server/scene/imported.h"
 #include "server/show/saved_show.h"
+#include "server/show/state_file.h"
 #include "tests/unit/assets_gltf_fixture.h"
+#include "tests/unit/scene/mvr_shows.h"
 
 namespace gonio {
 namespace {
@@ -49,6 +56,48 @@ TEST_F(FirstScene, AnUploadComesBackFromItsFolder) {
     EXPECT_EQ(scene.asset->triangles(), 1u);
     EXPECT_EQ(scene.camera.fov_rad, 1.25);
     EXPECT_FALSE(set_aside());
+}
+
+// After a restart without --upload-dir, and after a show was opened that held its scene, the scene is nowhere else.
+TEST_F(FirstScene, ASceneThatIsNowhereElseComesBackFromBesideTheState) {
+    namespace fs = std::filesystem;
+    const fs::path state = options.state_file, uploads = directory_ / "uploads";
+    fs::create_directories(uploads);
+    fs::copy_file(directory_ / "room.gltf", uploads / "room.gltf");
+    const auto beside = [&] {
+        int count = 0;
+        for (const auto& entry : fs::directory_iterator(state.parent_path()))
+            count += entry.path().filename().string().starts_with("show.json.scene-");
+        return count;
+    };
+    const auto save_state = [&](const Scene& scene) {
+        StateFile file(options.state_file);
+        file.put(scene);
+        file.close();
+    };
+    auto asset = load_scene(uploads / "room.gltf", "upload:room.gltf");
+    ASSERT_TRUE(asset) << asset.error().text();
+    save_state(scene_of(*asset, 5));
+    EXPECT_LT(fs::file_size(state), 20'000u) << "the scene is not written with each change";
+    fs::remove_all(uploads);
+    for (int restart = 0; restart < 2; ++restart) {
+        const Scene scene = first_scene(options);
+        EXPECT_EQ(scene.asset->name, "upload:room.gltf");
+        EXPECT_EQ(scene.asset->triangles(), 1u);
+        EXPECT_FALSE(set_aside());
+        save_state(scene);
+        EXPECT_EQ(beside(), 1);
+    }
+    // A damaged one is no scene: what there is of the show stays aside.
+    for (const auto& entry : fs::directory_iterator(state.parent_path()))
+        if (entry.path().filename().string().starts_with("show.json.scene-")) fs::resize_file(entry.path(), 40);
+    EXPECT_EQ(first_scene(options).asset->name, "cornell");
+    EXPECT_TRUE(set_aside());
+    fs::remove(options.state_file + ".aside");
+    auto cornell = load_scene("cornell");
+    ASSERT_TRUE(cornell);
+    save_state(scene_of(*cornell, 9));
+    EXPECT_EQ(beside(), 0) << "none is left of a scene that is gone";
 }
 
 TEST_F(FirstScene, AnUploadThatIsGoneIsSetAside) {
@@ -118,6 +167,40 @@ TEST_F(FirstScene, TheScaleComesBack) {
     EXPECT_EQ(side_m(scene), 2.0);
     EXPECT_NE(scene.camera.fov_rad, 1.25);
     EXPECT_TRUE(set_aside());
+}
+
+// Address 513 of the file is universe 2, slot 1; an offset of 10 makes it universe 12.
+TEST_F(FirstScene, TheUniverseOffsetComesBackWithAndWithoutThePatchOfTheFile) {
+    const std::string path = (directory_ / "show.mvr").string();
+    std::ofstream(path, std::ios::binary) << test::show_mvr(
+        test::fixture("Spot", test::kHanging, "<Addresses><Address break='0'>513</Address></Addresses>"),
+        {{"Maker@Head.gdtf", test::head_gdtf()}});
+    auto asset = exchange::load_any_scene(path, "", {.universe_offset = 10}, test::kRoom);
+    ASSERT_TRUE(asset) << asset.error().text();
+    Scene scene = scene_of(*asset, 5);
+    const auto restart = [&] {
+        ProfileTexts texts;
+        std::ofstream(options.state_file) << write_show(show_of(scene, texts));
+        return first_scene(options);
+    };
+    const auto universe_of_file = [](const Scene& restored) {
+        const v1::PatchRow* row = test::row_of(*restored.asset, "Spot", "level");
+        return row == nullptr ? 0u : row->universe();
+    };
+    const Scene untouched = restart();
+    EXPECT_EQ(untouched.asset->imported->universe_offset, 10);
+    EXPECT_EQ(universe_of_file(untouched), 12u);
+    ASSERT_NE(untouched.patch, nullptr);
+    EXPECT_EQ(untouched.patch->rows(0).universe(), 12u);
+    v1::Command command;
+    command.mutable_set_patch()->set_use_default(true);
+    ASSERT_TRUE(apply(scene, command, {}));
+    const Scene by_default = restart();
+    EXPECT_EQ(by_default.patch, nullptr) << "the default patch was chosen";
+    EXPECT_EQ(by_default.asset->imported->universe_offset, 10);
+    EXPECT_EQ(universe_of_file(by_default), 12u) << "the file's patch, should somebody choose it again";
+    options.load.universe_offset = 3;
+    EXPECT_EQ(universe_of_file(restart()), 12u) << "the saved offset counts";
 }
 
 // Roots bind clients; goniod itself was started with this scene.

@@ -112,6 +112,48 @@ TEST(SurfaceUpdates, TheNewestValueAllClicksAndTheFirstTime) {
 }
 
 // A button saves a preset in the frame in which a fader moves: the preset has the fader's level.
+// What MIDI says beside its channels: cues go on, the rest is told by its kind.
+TEST(SurfaceConnections, TellWhatTheyDoNotUnderstand) {
+    FoundSurface found;
+    found.identity = "1234:0001@replay";
+    found.transport = "replay";
+    found.path = "replay midi";
+    auto made = SurfaceConnection::make(found, {});
+    ASSERT_TRUE(made);
+    SurfaceConnection& box = **made;
+    SurfaceUpdates updates;
+    MidiNews news;
+    news.cues = {"2", "go"};
+    news.ignored = {{"sysex 7F 06 (MIDI Machine Control)", 2}};
+    box.take_system(news, 1, updates);
+    box.take_midi({}, 3, 1, updates);
+    EXPECT_EQ(updates.cues, news.cues);
+    v1::SurfaceDevice row;
+    box.describe(row);
+    EXPECT_EQ(row.events(), 2u);
+    EXPECT_EQ(row.ignored(), 5u);
+    ASSERT_EQ(row.not_understood_size(), 2);
+    EXPECT_EQ(row.not_understood(0).kind(), "bytes of no message");
+    EXPECT_EQ(row.not_understood(0).count(), 3u);
+    EXPECT_EQ(row.not_understood(1).kind(), "sysex 7F 06 (MIDI Machine Control)");
+
+    SurfaceUpdates waiting;
+    for (int i = 0; i < 100; ++i) {
+        SurfaceUpdates later;
+        later.cues = {std::to_string(i)};
+        waiting.add(std::move(later));
+    }
+    EXPECT_EQ(waiting.cues.size(), kMaxMidiCues);
+    EXPECT_EQ(waiting.cues.back(), std::to_string(kMaxMidiCues - 1));
+
+    v1::Surfaces surfaces;
+    row.set_device("1234:0001@replay");
+    row.set_state("live");
+    *surfaces.add_devices() = row;
+    EXPECT_NE(surfaces_table(surfaces).find("not understood: 2 x sysex 7F 06 (MIDI Machine Control)"),
+              std::string::npos);
+}
+
 TEST(SurfaceInput, ASavedPresetHoldsWhatWasSetBefore) {
     auto asset = load_scene("cornell");
     ASSERT_TRUE(asset);

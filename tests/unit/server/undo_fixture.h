@@ -58,6 +58,9 @@ inline v1::Command renaming(const std::string& name, const std::string& new_name
 inline v1::Command master(double ratio) {
     return command_of([&](v1::Command& c) { c.mutable_set_master()->set_ratio(ratio); });
 }
+inline v1::Command load(const std::string& file) {
+    return command_of([&](v1::Command& c) { c.mutable_load_scene()->set_file(file); });
+}
 inline v1::Command save(const std::string& name) {
     return command_of([&](v1::Command& c) { c.mutable_save_preset()->set_name(name); });
 }
@@ -126,7 +129,8 @@ protected:
         another = profile;
         start();
     }
-    void start() {
+    void start() { start_with(scene_of(asset)); }
+    void start_with(Scene first) {
         SessionOutputs outputs;
         outputs.reply = [this](std::uint32_t session, v1::ServerMessage message) {
             if (message.has_undo_state())
@@ -138,7 +142,7 @@ protected:
         outputs.picture = [](Picture) {};
         outputs.gone = [](std::uint32_t) {};
         labels.clear();
-        stage.emplace(std::make_unique<NullRenderer>(), scene_of(asset), "null", queue, loader, std::move(outputs));
+        stage.emplace(std::make_unique<NullRenderer>(), std::move(first), "null", queue, loader, std::move(outputs));
         identify(kAnn, "ann");
         identify(kBob, "bob");
         identify(kCy, "");

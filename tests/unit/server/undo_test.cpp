@@ -243,15 +243,139 @@ TEST_F(UndoTest, LabelsAreToldWhereTheyChange) {
     EXPECT_EQ(redo(kAnn), "not_found");
 }
 
-TEST_F(UndoTest, AnotherSceneForgetsAll) {
+// A load is one step of whoever loaded: the whole scene comes back, and what everybody could undo in it.
+TEST_F(UndoTest, ALoadIsOneStep) {
     say(kAnn, level("key", 0.5));
-    ASSERT_EQ(say(kBob, command_of([](v1::Command& c) { c.mutable_load_scene()->set_file("cornell"); })), "ok");
+    say(kAnn, group("wash", {"key", "fill"}));
+    say(kBob, save("look"));
+    const std::string before = text();
+    ASSERT_EQ(say(kAnn, load("cornell")), "ok");
+    EXPECT_EQ(reply.result().replaced(), "cornell: 3 luminaires, 1 group, 1 preset; not saved");
+    const std::string loaded = text();
+    ASSERT_NE(difference(loaded, before), "");
+    EXPECT_EQ(labels[kAnn].undo_label(), "load cornell");
+    say(kAnn, level("back", 0.25));
+    const std::string edited = text();
+    EXPECT_EQ(undo(kAnn), "ok");
+    EXPECT_EQ(difference(text(), loaded), "") << "a step after the load comes first";
+    EXPECT_EQ(undo(kAnn), "ok");
+    EXPECT_EQ(warnings(), std::vector<std::string>{});
+    EXPECT_EQ(difference(text(), before), "");
+    EXPECT_EQ(labels[kAnn].undo_label(), "group wash");
+    EXPECT_EQ(labels[kAnn].redo_label(), "load cornell");
+    EXPECT_EQ(redo(kAnn), "ok");
+    EXPECT_EQ(warnings(), std::vector<std::string>{});
+    EXPECT_EQ(difference(text(), loaded), "");
+    EXPECT_EQ(redo(kAnn), "ok");
+    EXPECT_EQ(difference(text(), edited), "") << "and what was undone in it";
+    undo(kAnn), undo(kAnn);
+    EXPECT_EQ(undo(kBob), "ok") << "bob's step of the scene that came back";
+    EXPECT_TRUE(scene().presets.empty());
+    undo(kAnn), undo(kAnn);
+    EXPECT_EQ(light("key").level_ratio, 1.0);
+    EXPECT_EQ(undo(kAnn), "not_found");
+}
+
+TEST_F(UndoTest, ALoadIsUndoneByWhomItWas) {
+    say(kAnn, level("key", 0.5));
+    ASSERT_EQ(say(kBob, load("cornell")), "ok");
+    EXPECT_EQ(labels[kAnn].undo_label(), "");
     EXPECT_EQ(undo(kAnn), "not_found");
     EXPECT_EQ(reply.result().field(), "undo");
     EXPECT_EQ(reply.result().message(), "nothing to undo: a scene or a show was loaded since");
-    EXPECT_EQ(undo(kBob), "not_found");
-    EXPECT_EQ(reply.result().message(), "nothing to undo") << "bob had done nothing before";
-    EXPECT_EQ(labels[kAnn].undo_label(), "");
+    say(kAnn, level("key", 0.75));
+    EXPECT_EQ(undo(kBob), "ok");
+    EXPECT_EQ(warnings(), std::vector<std::string>{"what other clients changed since goes with it"});
+    EXPECT_EQ(light("key").level_ratio, 0.5);
+    EXPECT_EQ(redo(kBob), "ok");
+    EXPECT_EQ(light("key").level_ratio, 0.75) << "ann's change came back with the scene";
+    EXPECT_EQ(undo(kAnn), "ok");
+    EXPECT_EQ(light("key").level_ratio, 1.0);
+    EXPECT_EQ(undo(kBob), "ok");
+    EXPECT_EQ(undo(kAnn), "ok") << "her step before the load";
+    EXPECT_EQ(light("key").level_ratio, 1.0);
+}
+
+TEST_F(UndoTest, AChangeEndsTheRedoOfALoad) {
+    say(kAnn, load("cornell"));
+    undo(kAnn);
+    say(kAnn, level("key", 0.5));
+    EXPECT_EQ(redo(kAnn), "not_found");
+    EXPECT_EQ(undo(kAnn), "ok");
+    say(kBob, load("cornell"));
+    undo(kBob);
+    EXPECT_EQ(redo(kAnn), "ok") << "a load of another ends nothing";
+    EXPECT_EQ(light("key").level_ratio, 0.5);
+}
+
+// What the viewers chose stays theirs; the show's file still holds what it held.
+TEST_F(UndoTest, AnUndoneLoadKeepsSizeAndViewAndWhatIsSaved) {
+    const bool unsaved = show_file(scene()).unsaved();
+    ASSERT_FALSE(unsaved);
+    const std::uint32_t next = scene().next_light_id, id = light("key").id;
+    say(kAnn, load("cornell"));
+    EXPECT_TRUE(show_file(scene()).unsaved());
+    say(kAnn, command_of([](v1::Command& c) {
+            c.mutable_set_size()->set_width_px(640);
+            c.mutable_set_size()->set_height_px(360);
+        }));
+    say(kAnn, command_of([](v1::Command& c) { c.mutable_set_view()->set_view("illuminance"); }));
+    ASSERT_EQ(undo(kAnn), "ok");
+    EXPECT_EQ(scene().width_px, 640);
+    EXPECT_EQ(scene().view, View::illuminance);
+    EXPECT_FALSE(show_file(scene()).unsaved());
+    EXPECT_EQ(light("key").id, id);
+    EXPECT_GT(scene().next_light_id, next) << "ids are not used twice";
+    say(kAnn, level("key", 0.5));
+    EXPECT_TRUE(show_file(scene()).unsaved());
+    say(kAnn, load("cornell"));
+    ASSERT_EQ(undo(kAnn), "ok");
+    EXPECT_TRUE(show_file(scene()).unsaved()) << "it was not saved before the load either";
+}
+
+// A file of the name holds what was saved last: the scene that comes back is not in it any more.
+TEST_F(UndoTest, AFileThatHoldsAnotherSceneHoldsNotTheOneThatComesBack) {
+    ASSERT_FALSE(show_file(scene()).unsaved());
+    say(kAnn, load("cornell"));
+    Undo undo;
+    undo.identify(1, "one", false);
+    Scene kept = scene();
+    kept.show_name = "Hall";
+    kept.show_rev = kept.scene_rev;
+    undo.note(1, kept, scene(), load("cornell"));
+    ASSERT_FALSE(show_file(*undo.plan(1, false, scene())->scene).unsaved());
+    undo.note_saved("Act 1");
+    EXPECT_FALSE(show_file(*undo.plan(1, false, scene())->scene).unsaved());
+    undo.note_saved("Hall");
+    EXPECT_TRUE(show_file(*undo.plan(1, false, scene())->scene).unsaved());
+}
+
+// Whoever undoes with a base_rev wants no change of another to go with the scene.
+TEST_F(UndoTest, AnUndoOfALoadWithBaseRevIsRefusedAfterAChangeOfAnother) {
+    say(kAnn, load("cornell"));
+    const Revision seen = scene().scene_rev;
+    say(kBob, level("key", 0.75));
+    v1::Command back = command_of([](v1::Command& c) { c.mutable_undo(); });
+    back.set_base_rev(seen);
+    EXPECT_EQ(say(kAnn, back), "conflict");
+    EXPECT_EQ(light("key").level_ratio, 0.75);
+    EXPECT_EQ(undo(kAnn), "ok");
+}
+
+// Others who gave a base_rev from before the scene changed are told of it.
+TEST_F(UndoTest, AnUndoneLoadIsAChangeForBaseRev) {
+    say(kAnn, load("cornell"));
+    v1::Command stale = level("key", 0.25);
+    stale.set_base_rev(scene().scene_rev);
+    ASSERT_EQ(undo(kAnn), "ok");
+    EXPECT_EQ(say(kBob, stale), "conflict");
+}
+
+TEST_F(UndoTest, AConnectionWithoutAKeyTakesItsLoadsAlong) {
+    say(kAnn, load("cornell"));
+    say(kCy, load("cornell"));
+    leave(kCy);
+    EXPECT_EQ(undo(kAnn), "not_found") << "the scene after her load can come back no more";
 }
 
 // What a client sets with base_rev is in the way of an undo, and the other way round.
@@ -328,6 +452,28 @@ TEST_F(UndoBounds, TheKeyThatWasNotUsedForLongestGoes) {
     EXPECT_TRUE(undo.plan(1, false, scene));
     EXPECT_FALSE(undo.plan(2, false, scene));
     EXPECT_TRUE(undo.plan(3, false, scene));
+}
+
+// The scenes that loads replaced: by their number, and by what they take.
+TEST_F(UndoBounds, TheOldestSceneGoes) {
+    constexpr std::size_t kMost = 100'000'000;
+    undo = Undo(kMost);
+    undo.identify(1, "one", false);
+    const auto load_asset = [&](std::size_t image_bytes) {
+        auto asset = std::make_shared<SceneAsset>(*scene.asset);
+        asset->images.assign(1, Image{1, 1, std::vector<std::uint8_t>(image_bytes)});
+        say(1, load("cornell"), {.asset = asset});
+    };
+    for (std::size_t i = 0; i <= kMaxUndoLoads; ++i) load_asset(4);
+    EXPECT_EQ(undo.scenes(), kMaxUndoLoads);
+    load_asset(kMost / 2 + 1);
+    load_asset(kMost / 2 + 1);
+    EXPECT_EQ(undo.scenes(), kMaxUndoLoads);
+    load_asset(4);
+    EXPECT_EQ(undo.scenes(), 1u) << "two large ones are too much";
+    load_asset(kMost + 1);
+    load_asset(4);
+    EXPECT_EQ(undo.scenes(), 0u) << "one that is too large is not kept";
 }
 
 TEST_F(UndoBounds, TheOldestStepOfAllGoesBeyondTheBytes) {

@@ -1,0 +1,46 @@
+// Lights that shine into nothing, as warnings, and the command that puts them into the surface. Render thread: rays,
+// but with commands alone.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ies/core/result.h"
+#include "protocol/schema/messages.h"
+#include "server/scene/scene.h"
+#include "server/trace/outlet.h"
+
+namespace gonio {
+
+inline constexpr std::size_t kMostOutletWarnings = 16;  // others are counted
+inline constexpr std::size_t kMostOutletsAsked = 64;    // of a change: a drag of many does not wait for rays
+
+// The lights that are known to shine into nothing, by id.
+struct HiddenLights {
+    struct Hidden {
+        trace::Obstacle obstacle;
+        Revision asked_rev = 0;  // of the scene
+    };
+    std::map<std::uint32_t, Hidden> by_id;
+    std::shared_ptr<const SceneAsset> asset;  // that was asked; null: none yet
+
+    // Asks those again that were moved, turned or given another profile since, forgets those that are gone, and asks
+    // all of another asset. Result: a sentence for each one that is hidden now.
+    std::vector<std::string> warnings(const Scene& scene);
+};
+
+// Result: a sentence for each light whose light gets nowhere. before: null, or of another asset: all are asked.
+// Otherwise those are asked that came since, or were moved, turned or given another profile. A light that shone into
+// nothing before is not told again. hidden: null, or what gets to know of them. Nothing where no rays can be cast yet.
+std::vector<std::string> outlet_warnings(const Scene& scene, const Scene* before = nullptr,
+                                         HiddenLights* hidden = nullptr);
+
+// Turns a recess_light into the edit_lights that carries it out. Errors: "not_found" (no light or group, no surface
+// within half a metre), "unsupported" (sun, nothing to cast rays in).
+std::optional<Error> recess(const Scene& scene, v1::Command& command);
+
+}  // namespace gonio

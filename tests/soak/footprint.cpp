@@ -1,0 +1,42 @@
+#include "tests/soak/footprint.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+namespace gonio::soak {
+
+static double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+Footprint footprint(pid_t pid, double minute) {
+    const std::string process = "/proc/" + std::to_string(pid);
+    Footprint result;
+    result.minute = minute;
+    std::ifstream status(process + "/status");
+    for (std::string line; std::getline(status, line);) {
+        if (line.starts_with("VmRSS:")) result.resident_mib = std::atof(line.c_str() + 6) / 1024;
+        if (line.starts_with("RssAnon:")) result.anonymous_mib = std::atof(line.c_str() + 8) / 1024;
+    }
+    const std::filesystem::directory_iterator open(process + "/fd");
+    result.descriptors = static_cast<std::size_t>(std::distance(begin(open), end(open)));
+    return result;
+}
+
+Growth growth_of(const std::vector<Footprint>& samples, double from, double to) {
+    std::vector<double> early, late;
+    for (const Footprint& sample : samples) {
+        const double at = (sample.minute - from) / (to - from);
+        if (at > 0.25 && at <= 0.5) early.push_back(sample.resident_mib);
+        if (at > 0.75) late.push_back(sample.resident_mib);
+    }
+    if (early.empty() || late.empty()) return {};
+    return {median(early), median(late)};
+}
+
+}  // namespace gonio::soak

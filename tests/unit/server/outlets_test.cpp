@@ -1,0 +1,146 @@
+// Luminaires whose light gets nowhere are said, and one command puts them into the ceiling. A room of 8 x 8 x 4 m.
+#include "server/session/outlets.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <map>
+
+#include "protocol/schema/command.pb.h"
+#include "protocol/schema/light.pb.h"
+#include "server/trace/outlet.h"
+#include "server/trace/reference.h"
+#include "tests/scenes/scenes.h"
+
+namespace gonio {
+namespace {
+
+using RoomPieces = std::vector<test::Piece>;
+constexpr glm::vec3 kRoomGrey(0.5f);
+
+// The sides that `sides` has of: x, X, y (bottom), Y (top), z, Z.
+void add_sides(RoomPieces& pieces, const glm::dvec3& a, const glm::dvec3& b, const std::string& sides) {
+    const std::map<char, std::array<glm::dvec3, 4>> corners = {
+        {'x', {{{a.x, a.y, b.z}, {a.x, b.y, b.z}, {a.x, b.y, a.z}, {a.x, a.y, a.z}}}},
+        {'X', {{{b.x, a.y, a.z}, {b.x, b.y, a.z}, {b.x, b.y, b.z}, {b.x, a.y, b.z}}}},
+        {'y', {{{a.x, a.y, a.z}, {b.x, a.y, a.z}, {b.x, a.y, b.z}, {a.x, a.y, b.z}}}},
+        {'Y', {{{a.x, b.y, b.z}, {b.x, b.y, b.z}, {b.x, b.y, a.z}, {a.x, b.y, a.z}}}},
+        {'z', {{{a.x, a.y, a.z}, {a.x, b.y, a.z}, {b.x, b.y, a.z}, {b.x, a.y, a.z}}}},
+        {'Z', {{{b.x, a.y, b.z}, {b.x, b.y, b.z}, {a.x, b.y, b.z}, {a.x, a.y, b.z}}}}};
+    for (const char side : sides) {
+        const auto& [p, q, r, s] = corners.at(side);
+        pieces.push_back({test::quad(p, q, r, s), kRoomGrey});
+    }
+}
+RoomPieces lamp_room() {
+    RoomPieces pieces;
+    add_sides(pieces, {-4, 0, -4}, {4, 4, 4}, "xXyYzZ");
+    return pieces;
+}
+Scene with_lamp(RoomPieces pieces, const glm::dvec3& at, std::shared_ptr<const Profile> profile) {
+    Scene scene = test::scene_with(std::move(pieces), std::move(profile), at);
+    scene.traced = std::make_shared<const trace::Geometry>(scene.asset);
+    return scene;
+}
+std::shared_ptr<const Profile> plain_downlight() {
+    return test::as_point(test::cosine_power(900.0, 1.0));
+}
+double floor_lx(const Scene& scene) {
+    trace::Settings settings;
+    settings.bounces = 0;
+    const trace::MeterPoint middle;
+    return trace::measure(*trace::make_world(scene), {&middle, 1}, settings).front().direct_lx.y;
+}
+std::string recessing(Scene& scene, const std::string& name = "light") {
+    v1::Command command;
+    command.mutable_recess_light()->set_name(name);
+    if (const auto refused = recess(scene, command)) return refused->code + " " + refused->where;
+    EXPECT_TRUE(command.has_edit_lights());
+    const auto applied = apply(scene, command, {});
+    return applied ? "ok" : applied.error().text();
+}
+
+TEST(Outlets, ALuminaireAboveTheCeilingIsSaidAndRecessed) {
+    Scene scene = with_lamp(lamp_room(), {0, 4.02, 0}, plain_downlight());
+    EXPECT_EQ(floor_lx(scene), 0.0);
+    const auto warnings = outlet_warnings(scene);
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_NE(warnings[0].find("'light'"), std::string::npos) << warnings[0];
+    EXPECT_NE(warnings[0].find("0.02 m"), std::string::npos) << warnings[0];
+    ASSERT_EQ(recessing(scene), "ok");
+    EXPECT_NEAR(scene.lights[0].position.y, 4.0 - 1e-3, 1e-5);
+    EXPECT_TRUE(outlet_warnings(scene).empty());
+    EXPECT_NEAR(floor_lx(scene), 56.25, 0.05) << "900 / 16, and 1 mm nearer";
+    EXPECT_EQ(recessing(scene), "ok") << "before the surface behind it: it stays";
+    EXPECT_NEAR(scene.lights[0].position.y, 4.0 - 1e-3, 1e-5);
+}
+
+// All sides shine at the ceiling's back, half of them into the sky.
+TEST(Outlets, LightToAllSidesToo) {
+    Scene scene = with_lamp(lamp_room(), {0, 4.02, 0}, test::as_point(test::isotropic(900.0)));
+    EXPECT_EQ(outlet_warnings(scene).size(), 1u);
+    EXPECT_EQ(recessing(scene), "ok");
+    EXPECT_NEAR(floor_lx(scene), 56.25, 0.05);
+}
+
+TEST(Outlets, AClosedHousingIsSaidAndAnOpenOneIsNot) {
+    const struct {
+        const char* sides;
+        std::size_t warnings;
+    } rows[] = {{"xXyYzZ", 1}, {"xXYzZ", 0}, {"xYzZ", 0}};
+    for (const auto& row : rows) {
+        RoomPieces pieces = lamp_room();
+        add_sides(pieces, {-0.1, 2.9, -0.1}, {0.1, 3.1, 0.1}, row.sides);
+        Scene scene = with_lamp(std::move(pieces), {0, 3, 0}, test::as_point(test::isotropic(900.0)));
+        EXPECT_EQ(outlet_warnings(scene).size(), row.warnings) << row.sides;
+        if (row.warnings == 0) continue;
+        EXPECT_EQ(recessing(scene), "ok");
+        EXPECT_NEAR(scene.lights[0].position.y, 2.899, 1e-5);
+        EXPECT_TRUE(outlet_warnings(scene).empty());
+    }
+    RoomPieces tube = lamp_room();  // 0.1 m wide and 0.25 m deep: 1 % of the light of a bare lamp gets out
+    add_sides(tube, {-0.05, 3.75, -0.05}, {0.05, 4.0, 0.05}, "xXzZ");
+    EXPECT_TRUE(
+        outlet_warnings(with_lamp(std::move(tube), {0, 3.99, 0}, test::as_point(test::isotropic(900.0)))).empty());
+}
+
+TEST(Outlets, WhatShinesFreelyIsNotSaid) {
+    EXPECT_TRUE(outlet_warnings(with_lamp(lamp_room(), {0, 4.0, 0}, plain_downlight())).empty()) << "in the plane";
+    EXPECT_TRUE(outlet_warnings(with_lamp(lamp_room(), {0, 3.98, 0}, plain_downlight())).empty());
+    EXPECT_TRUE(outlet_warnings(with_lamp(lamp_room(), {0, 0.25, 0}, plain_downlight())).empty()) << "near the floor";
+    Scene upwards = test::floor_scene(20, 0.5f, plain_downlight(), {0, 3, 0}, orientation_aiming({0, 1, 0}));
+    upwards.traced = std::make_shared<const trace::Geometry>(upwards.asset);
+    EXPECT_TRUE(outlet_warnings(upwards).empty()) << "into the sky, as it is meant";
+    EXPECT_EQ(recessing(upwards), "not_found recess_light.name") << "no surface within half a metre";
+    EXPECT_EQ(recessing(upwards, "nobody"), "not_found recess_light.name");
+}
+
+// A housing that reaches through the ceiling: its bottom and the ceiling are passed together.
+TEST(Outlets, TheLastSurfaceCounts) {
+    RoomPieces pieces = lamp_room();
+    add_sides(pieces, {-0.1, 3.99, -0.1}, {0.1, 4.2, 0.1}, "xXyYzZ");
+    Scene scene = with_lamp(std::move(pieces), {0, 4.1, 0}, plain_downlight());
+    EXPECT_EQ(outlet_warnings(scene).size(), 1u);
+    EXPECT_EQ(recessing(scene), "ok");
+    EXPECT_NEAR(scene.lights[0].position.y, 3.989, 1e-5);
+}
+
+// Once a light shines into nothing, dragging it on there says it no more; other changes say nothing of it.
+TEST(Outlets, ChangesSayItOnce) {
+    Scene scene = with_lamp(lamp_room(), {0, 3, 0}, plain_downlight());
+    const auto moved = [&](double y) {
+        const Scene before = scene;
+        v1::Command command;
+        command.mutable_set_light()->set_name("light");
+        for (const double x : {0.0, y, 0.0}) command.mutable_set_light()->add_position_m(x);
+        EXPECT_TRUE(apply(scene, command, {}));
+        return outlet_warnings(scene, &before).size();
+    };
+    EXPECT_EQ(moved(3.5), 0u);
+    EXPECT_EQ(moved(4.02), 1u);
+    EXPECT_EQ(moved(4.03), 0u);
+    EXPECT_EQ(moved(3.5), 0u);
+}
+
+}  // namespace
+}  // namespace gonio
