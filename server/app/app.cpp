@@ -118,6 +118,7 @@ App::App(Options options, Tokens tokens)
     render_session_.set_library(std::move(library));
     render_session_.go_on(first_.undo);
     read_lefts();
+    first_.undo = {};  // undo has it, and what it drops is to be free
     if (options_.follow.empty()) return;
     render_session_.set_leader(options_.follow);
     follower_ = std::make_unique<Follower>(follow_options(boot), render_session_.scene(), inbox_.queue, *metrics_);

@@ -144,11 +144,15 @@ Restored saved_scene(const Options& options, const saved::Show& show, const std:
 
 // What can be undone in the scene that came back; nothing where that cannot be told.
 UndoRecord restored_undo(const Options& options, const std::string& state_sha256, Scene& scene) {
-    const auto file = read_undo_file(options.state_file, state_sha256);
-    const bool usable = file && renew_ids(file->steps(), scene);
-    if (usable) return record_of(*file, scene);
-    spdlog::warn("state: nothing can be undone that was done before: {}",
-                 file ? "the lights are not those of " + options.state_file + kUndoEnding : file.error().text());
+    std::string why;
+    try {
+        const auto file = read_undo_file(options.state_file, state_sha256);
+        if (file && renew_ids(file->steps(), scene)) return record_of(*file, scene);
+        why = file ? "the lights are not those of " + options.state_file + kUndoEnding : file.error().text();
+    } catch (const std::exception& exception) {  // also where there is not enough memory
+        why = exception.what();
+    }
+    spdlog::warn("state: nothing can be undone that was done before: {}", why);
     return {};
 }
 
@@ -250,10 +254,10 @@ Scene first_scene(const Options& options, Revision* restored_rev, UndoRecord* un
     if (!whole && options.serves()) keep_show_aside(options.state_file);  // a job saves nothing
     if (undo != nullptr && same) *undo = restored_undo(options, state_sha256, scene);
     scene.traced = std::make_shared<const trace::Geometry>(scene.asset);
-    if (!restored)
+    if (!same)
         if (const std::string hint = trace::take_first_view(scene); !hint.empty())
             spdlog::warn("{}: {}", scene.asset->name, hint);
-    if (!restored && !scene.asset->exposure_ev100)
+    if (!same && !scene.asset->exposure_ev100)
         scene.exposure_ev100 = trace::metered_ev100(scene).value_or(scene.exposure_ev100);
     if (options.serves()) scene.drawn = lighting::make_drawn(scene.traced, true);
     return std::move(scene);

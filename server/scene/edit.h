@@ -45,6 +45,9 @@ struct EditKey {
     CueNumber cue = 0;
     auto operator<=>(const EditKey&) const = default;
 };
+inline bool is_of_light(const EditKey& key) {
+    return key.kind <= EditKind::opening;
+}
 
 struct ExistingLight {
     std::shared_ptr<const Light> light;  // as it was; its parts have edits of their own

@@ -116,7 +116,10 @@ void RenderSession::take(Work work) {
     static const Error unknown{"unsupported", "message", "", "this server does not know the message"};
     if (work.closed) return forget_session(work.session);
     if (work.leader) return take_leader(work.leader);
-    if (!work.read) add_place(work.message, -scene_.asset->place);  // the loader brings it back as it was sent there
+    // Positions count in the scene that they are applied to: it may be another one when files have been read. The
+    // commands of consoles, session 0, have its positions.
+    const bool waits = work.message.has_command() && needs_files(work.message.command());
+    if (work.read == waits && work.session != 0) add_place(work.message, -scene_.asset->place);
     switch (work.message.message_case()) {
         case v1::ClientMessage::kIdentify:
             roles_.identify(work.session, work.message.identify());
@@ -338,6 +341,20 @@ void RenderSession::begin_scene() {
     prepare_presets();
 }
 
+// The first picture of a scene that comes back is not to wait for the tables of its profiles. Result: whether the
+// loader makes them; then it brings the work back.
+bool RenderSession::make_tables(std::shared_ptr<const Scene> scene, const Work& work) {
+    auto shared = std::make_shared<Work>(work);
+    return loader_.submit([shared, scene = std::move(scene), &queue = queue_] {
+        shared->read = true;
+        try {
+            for (const Light& light : scene->lights) tables_of(*light.profile);
+        } catch (const std::bad_alloc&) {  // then whoever needs one tries again
+        }
+        push(queue, *shared);
+    });
+}
+
 // A change of this client like any other, but no step of its own.
 void RenderSession::undo_or_redo(const Work& work) {
     const v1::Command& command = work.message.command();
@@ -346,6 +363,7 @@ void RenderSession::undo_or_redo(const Work& work) {
             return replies_.refuse(work, *refused);
     auto plan = undo_.plan(work.session, command.has_redo(), scene_);
     if (!plan) return replies_.refuse(work, plan.error());
+    if (plan->scene && !work.read && make_tables(plan->scene, work)) return;
     if (plan->scene && command.has_base_rev()) {  // it replaces everything, as a load does
         v1::Command load;
         load.mutable_load_scene();

@@ -96,6 +96,7 @@ public:
     void go_on(const UndoRecord& record) { undo_.go_on(record, scene_); }
     void take_read(const std::shared_ptr<const LeftScene>& kept, std::shared_ptr<const LeftScene> read) {
         undo_.take_read(kept, std::move(read), scene_);
+        tell_undo();
     }
     // Everything comes from the server of this address; no client, console, cue or automatic value changes anything.
     void set_leader(std::string address);
@@ -143,6 +144,7 @@ private:
     void note_picture(const std::string& failure);
     void await_assets();
     void prepare_presets();
+    bool make_tables(std::shared_ptr<const Scene> scene, const Work& work);
     void tend_range();
     void begin_renderer();
     bool lights_anew() const;

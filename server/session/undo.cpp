@@ -156,10 +156,6 @@ std::size_t bytes_of(const SceneAsset& asset) {
     return bytes + kPerTriangle * asset.triangles();
 }
 
-bool is_of_light(const EditKey& key) {
-    return key.kind <= EditKind::opening;
-}
-
 void say(std::vector<std::string>& warnings, std::size_t& untold, std::string text) {
     if (warnings.size() < kMaxUndoWarnings)
         warnings.push_back(std::move(text));
@@ -179,6 +175,7 @@ void Undo::forget_session(std::uint32_t session) {
     const auto found = sessions_.find(session);
     if (found == sessions_.end()) return;
     if (const std::string& key = found->second.key; ends_with_session(key)) {
+        record_ = nullptr;
         drop_stack(key);
         // Nobody can go back past its loads any more.
         for (LeftScenes* scenes : {&earlier_, &later_})
@@ -212,6 +209,7 @@ void Undo::drop_stack(const std::string& key) {
 }
 
 void Undo::drop_step(Stack& stack, std::size_t index) {
+    record_ = nullptr;
     const auto step = stack.steps.begin() + static_cast<std::ptrdiff_t>(index);
     for (const auto& [key, edit] : (*step)->edits) {
         const auto writer = writers_.find(key);
@@ -223,6 +221,7 @@ void Undo::drop_step(Stack& stack, std::size_t index) {
 }
 
 void Undo::note_saved(const std::string& show_name) {
+    record_ = nullptr;
     for (LeftScenes* scenes : {&earlier_, &later_}) {
         for (auto& left : *scenes) {
             if (!left->scene || left->scene->show_name != show_name) continue;
@@ -245,6 +244,7 @@ const Undo::Left* Undo::left_by(std::uint32_t session, const LeftScenes& scenes)
 }
 
 void Undo::leave(LeftScenes& to, const Scene& scene, const std::string& key, const std::string& label) {
+    record_ = nullptr;
     UndoSteps steps{std::exchange(stacks_, {}), std::exchange(writers_, {}), std::exchange(bytes_, 0)};
     to.push_back(std::make_shared<const Left>(
         Left{std::make_shared<const Scene>(scene), key, label, std::move(steps), nullptr}));
@@ -262,6 +262,7 @@ void Undo::note_load(std::uint32_t session, const Scene& before, const Scene& af
 }
 
 void Undo::keep_load_bounds(const Scene& scene) {
+    record_ = nullptr;
     const auto bytes = [&] {
         std::set<const SceneAsset*> seen{scene.asset.get()};
         std::size_t sum = 0;
@@ -282,12 +283,14 @@ void Undo::write(const EditKey& key, const Scene& scene, std::uint64_t by, bool 
     Writer& writer = found->second;
     EditValue now = value_of(scene, key);
     if (now == writer.now) return;
+    record_ = nullptr;
     writer.now = std::move(now);
     writer.step = by;
     writer.input = input;
 }
 
 void Undo::merge(Step& step, std::vector<Edit> edits, const Scene& after) {
+    record_ = nullptr;
     for (Edit& edit : edits) {
         auto [entry, fresh] = step.edits.try_emplace(edit.key);
         Writer& writer = writers_[edit.key];
@@ -464,6 +467,7 @@ std::vector<Edit> Undo::carried_out(std::uint32_t session, bool redo, const Undo
         keep_load_bounds(after);
         return {};
     }
+    record_ = nullptr;
     Stack& stack = stacks_.at(sessions_.at(session).key);
     stack.used = ++last_id_;
     const std::size_t index = redo ? stack.done : stack.done - 1;
@@ -496,12 +500,13 @@ std::vector<Edit> Undo::carried_out(std::uint32_t session, bool redo, const Undo
 }
 
 std::shared_ptr<const UndoRecord> Undo::record() const {
+    if (record_) return record_;
     auto record = std::make_shared<UndoRecord>();
     record->steps = {stacks_, writers_, bytes_};
     record->last_id = last_id_;
     for (auto left = earlier_.rbegin(); left != earlier_.rend() && !ends_with_session((*left)->key); ++left)
         record->earlier.insert(record->earlier.begin(), *left);
-    return record;
+    return record_ = std::move(record);
 }
 
 void Undo::go_on(const UndoRecord& record, const Scene& scene) {

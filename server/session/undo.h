@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -107,6 +108,8 @@ private:
     LeftScenes earlier_, later_;  // undo goes back to the last of the earlier ones, redo to the last of the later
     std::uint64_t last_id_ = 0;
     std::size_t bytes_ = 0, most_load_bytes_;
+    // As it was told last; null: something has changed since. Cameras, views and exposures move more often.
+    mutable std::shared_ptr<const UndoRecord> record_;
 };
 
 }  // namespace gonio

@@ -171,12 +171,15 @@ bool StateFile::save(const Waiting& waiting, std::int64_t taken_ns, bool complet
     show.set_complete(complete);
     const Result<bool> kept = keep_scene(*waiting.scene.asset, show);
     const std::string json = write_show(show);
-    const Result<bool> past = waiting.undo && !json.empty() ? write_undo(waiting, json) : true;
-    const Result<bool> written = write(json);  // there may be room for it alone
-    const std::string error = !written ? written.error().text()
-                              : !kept  ? kept.error().text()
-                              : !past  ? past.error().text()
-                                       : "";
+    Result<bool> past = waiting.undo && !json.empty() ? write_undo(waiting, json) : true;
+    Result<bool> written = write(json);
+    std::error_code failed;
+    if (!written && waiting.undo && past) {  // there may be room for the show alone
+        fs::remove(path_ + kUndoNextEnding, failed);
+        past = written.error();
+        written = write(json);
+    }
+    const std::string error = !written ? written.error().text() : !kept ? kept.error().text() : "";
     if (!error.empty() && saving_.error.empty())
         spdlog::warn("state: not saved: {}; it is tried again", error);
     else if (error.empty() && !saving_.error.empty())
@@ -186,13 +189,13 @@ bool StateFile::save(const Waiting& waiting, std::int64_t taken_ns, bool complet
         ++saving_.saves;
         unsaved_since_ = taken_ns;  // of what came later
         kept_ = waiting.number;
-        std::error_code failed;
         if (waiting.undo && past) fs::rename(path_ + kUndoNextEnding, path_ + kUndoEnding, failed);
-        if (!past) fs::remove(path_ + kUndoNextEnding, failed);
+        if (!past && past_kept_) spdlog::warn("state: undo is not kept over a restart: {}", past.error().text());
+        past_kept_ = static_cast<bool>(past);
         drop_scenes(show);
     }
     news_.put(saving_);
-    return kept && written && past;
+    return kept && written;  // undo is written again with the next change
 }
 
 void StateFile::work() {

@@ -90,6 +90,7 @@ private:
     bool scene_kept_ = false;                        // its files lie beside the show
     std::set<std::string> dropped_for_{"at first"};  // held_key() of the shows when those of others were removed
     UndoFileWriter undo_;
+    bool past_kept_ = true;  // what can be undone is on the disk too
     std::atomic<bool> ended_{false};
     std::thread thread_;
 };

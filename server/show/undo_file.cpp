@@ -93,6 +93,13 @@ std::shared_ptr<const UndoStep> step_of(const saved::UndoStep& kept, const UndoV
         if (!before || !after) return nullptr;
         step->edits[*key] = {std::move(*before), std::move(*after), edit.before_writer(), edit.undone()};
     }
+    // Only a light that comes or goes with the step has properties that are not there.
+    for (const auto& [key, edit] : step->edits) {
+        if (key.kind == EditKind::light || !is_of_light(key)) continue;
+        const bool absent =
+            std::holds_alternative<std::monostate>(edit.before) || std::holds_alternative<std::monostate>(edit.after);
+        if (absent && !step->edits.contains({EditKind::light, key.light, {}, {}})) return nullptr;
+    }
     return step;
 }
 

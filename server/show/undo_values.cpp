@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "protocol/schema/console.pb.h"
@@ -27,10 +29,14 @@ void add_all(saved::UndoNumbers& out, std::initializer_list<double> numbers) {
     for (const double number : numbers) out.add_values(number);
 }
 
-// Result: nothing where there are not so many.
+bool all_finite(const auto& numbers) {
+    return std::ranges::all_of(numbers, [](double number) { return std::isfinite(number); });
+}
+
+// Result: nothing where there are not so many, or one is no finite number.
 template <std::size_t Count>
 std::optional<std::array<double, Count>> numbers_in(const google::protobuf::RepeatedField<double>& values) {
-    if (values.size() != static_cast<int>(Count)) return std::nullopt;
+    if (values.size() != static_cast<int>(Count) || !all_finite(values)) return std::nullopt;
     std::array<double, Count> numbers{};
     std::copy(values.begin(), values.end(), numbers.begin());
     return numbers;
@@ -203,6 +209,7 @@ UndoValueReader::UndoValueReader(const saved::UndoSteps& steps, const Scene& sce
 }
 
 void UndoValueReader::read_profiles(const saved::UndoSteps& steps) {
+    const auto until = std::chrono::steady_clock::now() + kProfileTime;
     ProfileTexts texts;
     const auto of_scene = [&](const saved::Profile& wanted) -> std::shared_ptr<const Profile> {
         for (const Light& light : scene_.lights)
@@ -215,11 +222,10 @@ void UndoValueReader::read_profiles(const saved::UndoSteps& steps) {
             profiles_[profile.key()] = std::move(own);
             continue;
         }
+        if (std::chrono::steady_clock::now() > until) continue;  // steps that need it are dropped
         std::vector<std::string> warnings;
-        const auto own = restored_profile(profile, warnings);
-        if (!own || !warnings.empty()) continue;
-        tables_of(**own);  // undo is not to wait for them
-        profiles_[profile.key()] = *own;
+        if (const auto own = restored_profile(profile, warnings); own && warnings.empty())
+            profiles_[profile.key()] = *own;
     }
 }
 
@@ -269,7 +275,7 @@ bool UndoValueReader::read_light(const saved::Light& saved, LightValues& light) 
     for (const LightRow& light_row : light_rows()) {
         const std::vector<double> kept = read_numbers(saved, row_of(light_row.property).field);
         Numbers numbers{};
-        if (kept.size() != count_of(light_row)) return false;
+        if (kept.size() != count_of(light_row) || !all_finite(kept)) return false;
         std::ranges::copy(kept, numbers.begin());
         set_numbers(light, light_row, numbers);
     }
@@ -323,7 +329,8 @@ std::optional<EditValue> UndoValueReader::cue(const saved::UndoCue& saved) const
 }
 
 std::optional<EditKey> UndoValueReader::key(const saved::UndoKey& saved) const {
-    if (saved.kind() > static_cast<std::uint32_t>(EditKind::view_light)) return std::nullopt;
+    if (saved.kind() > static_cast<std::uint32_t>(EditKind::view_light) || saved.light() >= scene_.next_light_id)
+        return std::nullopt;
     EditKey key{static_cast<EditKind>(saved.kind()), saved.light(), {}, saved.name(), saved.cue()};
     if (key.kind != EditKind::numbers) return key;
     const PropertyRow* row = find_property(saved.property());
@@ -391,7 +398,7 @@ std::optional<EditValue> UndoValueReader::value(const EditKey& key, const saved:
             return n ? std::optional(EditValue(HazeValues{(*n)[0], (*n)[1], (*n)[2], (*n)[3]})) : std::nullopt;
         }
         case Value::kNumber:
-            return saved.number();
+            return std::isfinite(saved.number()) ? std::optional(EditValue(saved.number())) : std::nullopt;
         case Value::kId:
             return saved.id();
         case Value::VALUE_NOT_SET:

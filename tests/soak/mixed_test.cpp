@@ -108,6 +108,7 @@ protected:
         EXPECT_FALSE(std::filesystem::exists(state_file_ + ".aside")) << "not all came back";
         const std::string log = daemon_->log();
         EXPECT_EQ(log.find(" state: "), log.find(" state: restored")) << log.substr(0, 4000);
+        EXPECT_EQ(log.find("be undone"), std::string::npos) << log.substr(0, 4000);
     }
     void kill_daemon() {
         clients_.clear();

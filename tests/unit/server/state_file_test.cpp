@@ -179,6 +179,29 @@ TEST_F(StateFileTest, AFullDiskIsSaidAndTriedAgainAndTheOldFileStays) {
 }
 
 // What the next start would refuse to read takes the place of nothing.
+// What can be undone may take the last room of a disk; the show is worth more.
+TEST_F(StateFileTest, TheShowIsWrittenWhereThereIsNoRoomForUndo) {
+    std::atomic<bool> room_for_both = false;
+    const auto to_disk = [&](const std::string& name, std::string_view bytes) -> Result<bool> {
+        const bool full = !room_for_both && name == path && fs::exists(path + kUndoNextEnding);
+        return full ? Error{"file_unwritable", "", name, "No space left on device"}
+                    : write_file_atomically(name, bytes);
+    };
+    StateFile file(path, 5ms, 10ms, kMaxSavedBytes, to_disk);
+    const auto record = std::make_shared<const UndoRecord>();
+    file.put(scene, record);
+    ASSERT_TRUE(until([&] { return on_disk().has_value(); }));
+    ASSERT_TRUE(until([&] { return file.told().saves == 1; }));
+    EXPECT_EQ(file.told().error, "");
+    EXPECT_EQ(files(), std::vector<std::string>{"show.json"});
+    std::this_thread::sleep_for(50ms);
+    EXPECT_EQ(file.told().saves, 1u) << "what is on the disk is not written again";
+    room_for_both = true;
+    change(0.25);
+    file.put(scene, record);
+    EXPECT_TRUE(until([&] { return fs::exists(path + kUndoEnding); }));
+}
+
 TEST_F(StateFileTest, AShowTooLargeToReadIsSaidAndTheOldFileStays) {
     { StateFile(path, 1ms, 10ms).put(scene); }
     const std::size_t most = text_of(path).size() + 1000;

@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
@@ -150,6 +151,46 @@ TEST_F(UndoFileTest, BeyondItsBytesTheOldestStepsGo) {
     }
     EXPECT_GT(undone, 2);
     EXPECT_LT(undone, 40);
+}
+
+TEST_F(UndoFileTest, AStepThatIsTooLargeAloneIsLeftOut) {
+    say(kAnn, master(0.5));
+    std::vector<std::string> lights(200, "key");
+    for (std::size_t i = 0; i < lights.size(); ++i)
+        ASSERT_EQ(say(kAnn, add(lights[i] = "a light with a long name, number " + std::to_string(i))), "ok");
+    ASSERT_EQ(say(kAnn, group("all", lights)), "ok");
+    restart(200);
+    EXPECT_EQ(undo(kAnn), "not_found");
+}
+
+// A file that somebody has changed by hand is no way around what apply() refuses.
+TEST_F(UndoFileTest, StepsThatNoCommandMakesAreDropped) {
+    say(kAnn, level("key", 0.25));
+    const auto spoil = [&](const std::function<void(saved::UndoEdit&)>& change) {
+        write(path + kUndoEnding, undo_bytes("state"));
+        auto file = read_undo_file(path, "state");
+        change(*file->mutable_steps()->mutable_stacks(0)->mutable_steps(0)->mutable_edits(0));
+        const UndoRecord record = record_of(*file, scene());
+        return record.steps.stacks.empty();
+    };
+    EXPECT_FALSE(spoil([](saved::UndoEdit&) {}));
+    EXPECT_TRUE(spoil([](saved::UndoEdit& edit) { edit.mutable_before()->clear_value(); })) << "the light stays";
+    EXPECT_TRUE(spoil([](saved::UndoEdit& edit) { edit.mutable_before()->mutable_numbers()->set_values(0, NAN); }));
+    EXPECT_TRUE(spoil([&](saved::UndoEdit& edit) { edit.mutable_key()->set_light(scene().next_light_id); }));
+}
+
+TEST_F(UndoFileTest, WhatIsToldIsMadeOnceAChange) {
+    say(kAnn, level("key", 0.25));
+    const auto record = stage->undo_record();
+    say(kBob, command_of([](v1::Command& c) { c.mutable_set_camera()->set_fov_rad(0.9); }));
+    EXPECT_EQ(stage->undo_record(), record) << "a camera is no step";
+    console(level("fill", 0.5));
+    EXPECT_EQ(stage->undo_record(), record) << "no step knows the light";
+    console(level("key", 0.5));
+    EXPECT_NE(stage->undo_record(), record);
+    restart();
+    EXPECT_EQ(undo(kAnn), "ok");
+    EXPECT_EQ(light("key").level_ratio, 0.5) << "the console's stays";
 }
 
 TEST_F(UndoFileTest, ASceneThatCannotBeReadGoesWithThoseBeforeIt) {

@@ -162,7 +162,9 @@ protected:
         work.session = session;
         work.message.set_request_id(9);
         *work.message.mutable_command() = command;
-        work.read = command.has_add_light() || command.has_load_scene() || profile;
+        // As the loader brings it back: with files, or with the tables of a scene that comes back.
+        work.read =
+            command.has_add_light() || command.has_load_scene() || command.has_undo() || command.has_redo() || profile;
         work.loaded.profile = profile ? profile : command.has_add_light() ? asset->lights[0].profile : nullptr;
         if (command.has_load_scene()) work.loaded.asset = asset;
         stage->take(std::move(work));
