@@ -71,6 +71,9 @@ void load_scene(Scene& scene, const v1::LoadScene& load, const Loaded& loaded, s
     if (load.dry_run()) refuse("invalid_argument", "load_scene.dry_run", "true", "only a merge can be tried");
     if (!loaded.asset) refuse("invalid_argument", "load_scene.file", "", "no scene was loaded");
     const Kept kept = kept_by(load);
+    if ((kept.lights || kept.views || kept.grids) && loaded.asset->place != scene.asset->place)
+        refuse("unsupported", "load_scene.keep", load.file(),
+               "the file lies kilometres from the scene that is shown, so what is kept would be in no room");
     Scene fresh = scene_of(loaded.asset, scene.scene_rev + 1);
     fresh.traced = loaded.traced;
     fresh.drawn = loaded.drawn;

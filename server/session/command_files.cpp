@@ -45,10 +45,11 @@ static void prepare(Loaded& loaded, std::shared_ptr<const SceneAsset> asset) {
 }
 
 // The first picture of a scene: where it is taken from, how it is exposed, and what is wrong with what it shows.
-static void look_at_first(Loaded& loaded) {
+static void look_at_first(Loaded& loaded, bool keeps_camera) {
     Scene scene = scene_of(loaded.asset);
     scene.traced = loaded.traced;
-    if (std::string hint = trace::take_first_view(scene); !hint.empty()) loaded.warnings.push_back(std::move(hint));
+    std::string hint = trace::take_first_view(scene);
+    if (!hint.empty() && !keeps_camera) loaded.warnings.push_back(std::move(hint));
     loaded.camera = scene.camera;
     if (!loaded.asset->exposure_ev100) loaded.exposure_ev100 = trace::metered_ev100(scene);
 }
@@ -194,7 +195,8 @@ Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access,
         if (command.load_scene().dry_run()) return loaded;
         if (library) library->keep_scene(profiles_of(**asset));
         prepare(loaded, *asset);
-        if (!command.load_scene().merge()) look_at_first(loaded);
+        const auto& keep = command.load_scene().keep();
+        if (!command.load_scene().merge()) look_at_first(loaded, std::ranges::find(keep, "views") != keep.end());
     }
     if (const v1::Profile* profile = profile_of(command)) {
         auto read = read_profile(*profile, library);

@@ -73,11 +73,12 @@ std::vector<std::string> HiddenLights::warnings(const Scene& scene) {
     if (asset != scene.asset) outlet_warnings(scene, nullptr, this);
     if (by_id.empty()) return {};  // the usual case: frames and consoles cast no rays
     Sentences sentences;
+    std::size_t asked = 0;
     std::map<std::uint32_t, Hidden> still;
     for (const Light& light : scene.lights) {
         const auto known = by_id.find(light.id);
         if (known == by_id.end() || light.missing) continue;
-        if (asked_rev_of(light) > known->second.asked_rev) {
+        if (asked_rev_of(light) > known->second.asked_rev && ++asked <= kMostOutletsAsked) {
             const auto obstacle = trace::obstacle_of(*scene.traced, light);
             if (!obstacle) continue;
             known->second = {*obstacle, scene.scene_rev};

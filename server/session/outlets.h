@@ -28,8 +28,9 @@ struct HiddenLights {
     std::map<std::uint32_t, Hidden> by_id;
     std::shared_ptr<const SceneAsset> asset;  // that was asked; null: none yet
 
-    // Asks those again that were moved, turned or given another profile since, forgets those that are gone, and asks
-    // all of another asset. Result: a sentence for each one that is hidden now.
+    // Asks those again that were moved, turned or given another profile since, and all of another asset; forgets those
+    // that are gone. Of those that moved kMostOutletsAsked are asked, the others the next time. Result: a sentence for
+    // each one that is hidden now.
     std::vector<std::string> warnings(const Scene& scene);
 };
 

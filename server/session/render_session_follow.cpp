@@ -49,6 +49,7 @@ void RenderSession::begin_anew() {
     const auto news = std::exchange(anew_, nullptr);
     changes_ = Changes(news->scene->scene_rev);
     reports_.forget();
+    hidden_ = {};  // ids of lights may be others
     take_scene(*news);
 }
 

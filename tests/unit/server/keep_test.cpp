@@ -122,6 +122,16 @@ TEST_F(KeepTest, EachPartAlone) {
     EXPECT_EQ(scene().lights[0].name, "house");
 }
 
+// Positions are relative to the place of a scene in survey coordinates.
+TEST_F(KeepTest, PlacesOfAnotherRegionAreNotKept) {
+    auto far = std::make_shared<SceneAsset>(*asset);
+    far->place = {5'000e3, 0.0, 0.0};
+    asset = far;
+    for (const char* word : {"lights", "views", "grids"}) EXPECT_EQ(load_keeping({word}), "unsupported") << word;
+    EXPECT_EQ(scene().asset->place, glm::dvec3(0.0));
+    EXPECT_EQ(load_keeping({"cues"}), "ok");
+}
+
 TEST_F(KeepTest, AnUnknownWordIsRefused) {
     const std::string before = text();
     EXPECT_EQ(load_keeping({"lights", "walls"}), "invalid_argument");
