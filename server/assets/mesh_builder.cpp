@@ -125,12 +125,20 @@ void measure(Mesh& mesh) {
 }
 
 void measure(SceneAsset& scene) {
+    if (scene.instances.empty()) return measure_lights(scene);
     scene.bounds = {};
     for (const Instance& instance : scene.instances) {
         for (const Vertex& vertex : scene.meshes[instance.mesh].vertices) {
             grow(scene.bounds, glm::dvec3(instance.world_from_mesh * glm::dvec4(vertex.position, 1.0)));
         }
     }
+}
+
+void measure_lights(SceneAsset& scene) {
+    scene.bounds = {};
+    for (const LightSeed& light : scene.lights)
+        for (const double side : {-1.0, 1.0}) grow(scene.bounds, light.position + side);
+    if (scene.lights.empty()) scene.bounds = {glm::dvec3(-1.0), glm::dvec3(1.0)};
 }
 
 int add_material(SceneAsset& scene, std::string name, const glm::vec3& reflectance, int image) {

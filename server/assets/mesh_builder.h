@@ -37,8 +37,10 @@ void add_lathe(Mesh& mesh, const std::vector<glm::dvec2>& profile, int slices,
 
 // Sets mesh.bounds from its vertices.
 void measure(Mesh& mesh);
-// Sets scene.bounds from the vertices of every instance.
+// Sets scene.bounds from the vertices of every instance; where there is none as measure_lights() does.
 void measure(SceneAsset& scene);
+// Sets scene.bounds 1 m around its lights; without any 1 m around the origin.
+void measure_lights(SceneAsset& scene);
 
 // Appends. Result: the index.
 int add_material(SceneAsset& scene, std::string name, const glm::vec3& reflectance, int image = -1);

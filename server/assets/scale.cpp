@@ -6,6 +6,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "server/assets/assets.h"
+#include "server/assets/mesh_builder.h"
 #include "server/scene/body.h"
 
 namespace gonio {
@@ -48,7 +49,7 @@ void scale_scene(SceneAsset& scene, double factor) {
         camera.eye *= factor;
         camera.target *= factor;
     }
-    if (scene.instances.empty()) return;
+    if (scene.instances.empty()) return measure_lights(scene);
     scene.bounds.min *= factor;
     scene.bounds.max *= factor;
 }

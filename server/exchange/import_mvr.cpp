@@ -64,6 +64,7 @@ std::optional<Error> show_model(ShowImport& import, Model& model, const mvr::Mod
 
 // From the corners of each instance's box; where there is none from the lights.
 void set_bounds(SceneAsset& scene) {
+    if (scene.instances.empty()) return measure_lights(scene);
     Bounds bounds;
     const auto reach = [&](const glm::dvec3& point) {
         bounds.min = glm::min(bounds.min, point);
@@ -77,10 +78,6 @@ void set_bounds(SceneAsset& scene) {
             reach(glm::dvec3(instance.world_from_mesh * glm::dvec4(at, 1.0)));
         }
     }
-    if (scene.instances.empty())
-        for (const LightSeed& light : scene.lights)
-            for (const double side : {-1.0, 1.0}) reach(light.position + side);
-    if (!(bounds.min.x <= bounds.max.x)) bounds = {glm::dvec3(-1.0), glm::dvec3(1.0)};
     scene.bounds = bounds;
 }
 

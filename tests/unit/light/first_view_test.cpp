@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <numbers>
 
 #include "server/assets/assets.h"
@@ -189,6 +190,25 @@ TEST(FirstView, WithoutSurfacesFramesTheBounds) {
     EXPECT_FALSE(view.inside);
     EXPECT_EQ(view.camera.eye, framing(asset->bounds).eye);
     EXPECT_EQ(trace::reversed_hint(scene, view.camera, false), "");
+}
+
+// The file's lights are 10 m up; without them it has nothing.
+TEST(FirstView, OfAFileWithoutTrianglesShowsItsLights) {
+    const std::string path = testing::TempDir() + "first_view_no_triangles.gltf";
+    std::ofstream(path) << R"({"asset":{"version":"2.0"},"extensionsUsed":["KHR_lights_punctual"],
+        "extensions":{"KHR_lights_punctual":{"lights":[{"type":"point","intensity":100}]}},"scene":0,
+        "scenes":[{"nodes":[0,1]}],"nodes":[
+        {"translation":[0,10,0],"extensions":{"KHR_lights_punctual":{"light":0}}},
+        {"translation":[4,10,0],"extensions":{"KHR_lights_punctual":{"light":0}}}]})";
+    const auto asset = load_scene(path);
+    std::filesystem::remove(path);
+    ASSERT_TRUE(asset) << asset.error().text();
+    ASSERT_EQ((*asset)->lights.size(), 2u);
+    EXPECT_EQ((*asset)->bounds.min, glm::dvec3(-1.0, 9.0, -1.0));
+    EXPECT_EQ((*asset)->bounds.max, glm::dvec3(5.0, 11.0, 1.0));
+    const trace::FirstView view = trace::first_view(scene_of(*asset));
+    EXPECT_EQ(view.camera.target, glm::dvec3(2.0, 10.0, 0.0));
+    EXPECT_LT(glm::length(view.camera.eye - view.camera.target), 20.0);
 }
 
 Scene case_of(const char* file) {
