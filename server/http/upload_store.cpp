@@ -34,7 +34,7 @@ Result<std::unique_ptr<UploadStore>> UploadStore::open(const std::string& folder
         const bool usable = runtime != nullptr && *runtime == '/' && access(runtime, W_OK) == 0;
         const fs::path parent = usable ? fs::path(runtime) : fs::temp_directory_path(failed);
         if (failed) return unwritable(parent.string(), failed.value());
-        auto own = make_own_folder(parent.string(), "goniod-uploads");
+        auto own = make_own_folder(parent.string(), ".goniod-uploads");
         if (!own) return own.error();
         return std::unique_ptr<UploadStore>(new UploadStore(std::move(own->path), true, std::move(own->held), limits));
     }

@@ -462,7 +462,7 @@ TEST_F(Ending, TheSecondSignalEndsAtOnce) {
 std::size_t upload_folders(const std::string& below) {
     std::size_t count = 0;
     for (const auto& entry : std::filesystem::directory_iterator(below))
-        count += entry.path().filename().string().starts_with("goniod-uploads-");
+        count += entry.path().filename().string().starts_with(".goniod-uploads-");
     return count;
 }
 
