@@ -8,7 +8,9 @@ namespace gonio::transport {
 
 std::vector<ToCrowded> rays_to_crowded(const Transport& transport, const trace::Geometry& geometry, const Stand& from,
                                        float far) {
-    constexpr float kWidths = 0.75f;  // square roots of the area for each spacing; the area may be the larger
+    // Some surfels are far larger than their spacing says. Areas are noisy, so that this must not choose those that are
+    // only counted too large: what rays leave, links find, and the sum would be too small.
+    constexpr float kWidths = 0.5f;  // square roots of an area for each spacing; 0.68 is usual
     const Surfels& surfels = transport.surface->surfels;
     std::vector<ToCrowded> found;
     struct Part {

@@ -100,8 +100,6 @@ void each_link(const Links& links, const Surfels& surfels, const Take& take) {  
 }  // namespace
 
 std::vector<float> met_areas_m2(const Links& links, const Surfels& surfels) {
-    // Surfels::area_m2 counts like so many links: its variance is that of 16 links or so.
-    constexpr float kOwn = 16.0f;
     if (links.sets.empty()) return surfels.area_m2;
     std::vector<float> own(surfels.count, 0.0f);  // links that meet a surfel
     each_link(links, surfels, [&](std::size_t i, std::size_t j) { own[i] += j != surfels.count ? 1.0f : 0.0f; });
@@ -113,8 +111,11 @@ std::vector<float> met_areas_m2(const Links& links, const Surfels& surfels) {
                   [&](std::size_t i, std::size_t j) { come_m2[j] += static_cast<double>(areas_m2[i]); });
         // come / each = area × own / each
         for (std::size_t j = 0; j < surfels.count; ++j) {
-            if (surfels.crowded(j)) continue;
-            areas_m2[j] = (kOwn * surfels.area_m2[j] + static_cast<float>(come_m2[j])) / (kOwn + own[j]);
+            // As many as are expected: by those that come the surfels that many meet by chance would count for more.
+            const float size = surfels.spacing_m[j] / surfels.radius_m, expected = size * size * own[j];
+            if (!(expected > 0.0f)) continue;
+            const float met_m2 = static_cast<float>(come_m2[j]) / own[j];
+            areas_m2[j] = (surfels.drawn[j] * surfels.area_m2[j] + expected * met_m2) / (surfels.drawn[j] + expected);
         }
     }
     return areas_m2;
@@ -126,28 +127,33 @@ CrowdedLinks crowded_links(const Links& links, const Surfels& surfels, std::span
     std::vector<bool> crowded(surfels.count + 1, false);
     for (const Surfels::Crowded& one : surfels.all_crowded) crowded[one.id] = true;
     const float share = 1.0f / static_cast<float>(links.per_surfel());
-    // Each link to or from a crowded surfel, by the surfel that receives.
+    // Each link to or from a crowded surfel, by the surfel that receives: whom it meets, and whether it starts there.
     const auto each = [&](const auto& take) {
         each_link(links, surfels, [&](std::size_t i, std::size_t j) {
             if (j == surfels.count) return;
-            if (crowded[j]) take(i, j);
-            if (crowded[i]) take(j, i);
+            if (crowded[j]) take(i, static_cast<std::uint32_t>(2 * j));
+            if (crowded[i]) take(j, static_cast<std::uint32_t>(2 * i + 1));
         });
     };
     std::vector<std::uint32_t> first(surfels.count + 2, 0);
-    each([&](std::size_t i, std::size_t) { ++first[i + 2]; });
+    each([&](std::size_t i, std::uint32_t) { ++first[i + 2]; });
     for (std::size_t i = 2; i < first.size(); ++i) first[i] += first[i - 1];
-    std::vector<std::uint16_t> to(first.back());
-    each([&](std::size_t i, std::size_t j) { to[first[i + 1]++] = static_cast<std::uint16_t>(j); });
+    std::vector<std::uint32_t> to(first.back());
+    each([&](std::size_t i, std::uint32_t link) { to[first[i + 1]++] = link; });
     result.first.push_back(0);
     for (std::size_t i = 0; i < surfels.count; ++i) {
         const auto begin = to.begin() + first[i], end = to.begin() + first[i + 1];
         std::sort(begin, end);
         for (auto one = begin; one != end;) {
-            const auto next = std::upper_bound(one, end, *one);
-            const float weight = areas_m2[*one] / (areas_m2[i] + areas_m2[*one]);
-            result.to.push_back(*one);
-            result.form_factor.push_back(weight * share * static_cast<float>(next - one));
+            const std::uint32_t j = *one / 2;
+            const auto reversed = std::lower_bound(one, end, 2 * j + 1), next = std::upper_bound(one, end, 2 * j + 1);
+            const float ratio = surfels.spacing_m[j] / surfels.spacing_m[i], own = std::min(ratio * ratio, 1.0f),
+                        form_factor = own * static_cast<float>(reversed - one) +
+                                      (1.0f - own) * static_cast<float>(next - reversed) * areas_m2[j] / areas_m2[i];
+            if (form_factor > 0.0f) {
+                result.to.push_back(static_cast<std::uint16_t>(j));
+                result.form_factor.push_back(share * form_factor);
+            }
             one = next;
         }
         result.first.push_back(static_cast<std::uint32_t>(result.to.size()));

@@ -85,13 +85,14 @@ struct Links {
 // Result: by surfel, the area on which links meet it, m². A flux that lands on a surfel is divided by it, so that links
 // carry all of the flux on. Surfels::area_m2 comes from a few points of each surfel and is off by a quarter. By
 // reciprocity the links that meet a surfel, each with the area that it starts from, weigh as much as the surfel's own
-// links that meet anything. Crowded surfels keep Surfels::area_m2, which is exact on the mean; links between surfels at
-// a right angle are not, and in a housing most are.
+// links that meet anything. Points and links count by how many are expected of each surfel.
 std::vector<float> met_areas_m2(const Links& links, const Surfels& surfels);
 
 // A crowded surfel is bright and small: few links meet it, and its light at others would be noise. Its own links meet
-// the others as well. By reciprocity both count the same form factor; each count weighs by how many links it expects
-// (Veach and Guibas 1995, balance heuristic). areas_m2: met_areas_m2().
+// the others as well, and by reciprocity both count the same form factor (Veach and Guibas 1995). The links of the
+// other surfels count the less the larger those are, and alone where they are no larger: they need no area to be known.
+// Reversed ones need both areas, and an error in a receiver's own area would scale all that comes to it. areas_m2:
+// met_areas_m2().
 CrowdedLinks crowded_links(const Links& links, const Surfels& surfels, std::span<const float> areas_m2);
 
 }  // namespace gonio::transport

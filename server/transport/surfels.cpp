@@ -425,7 +425,16 @@ struct Placement {
             surfels.geometric.push_back(c.geometric);
             surfels.albedo.push_back(c.albedo);
             surfels.spacing_m.push_back(c.spacing_m);
+            surfels.drawn.push_back(drawn_at(c, surfels.radius_m));
         }
+    }
+
+    // Result: how many candidates say how large a surfel is that lies there, on the mean.
+    static float drawn_at(const Candidate& at, float radius_m) {
+        constexpr float kNeighboursToo = 16.0f;  // find_neighbours() averages over those around
+        if (!(at.spacing_m < radius_m)) return kNeighboursToo;
+        const double side_m = static_cast<double>(at.spacing_m / kDartRadius);
+        return static_cast<float>(side_m * side_m / at.area_m2);
     }
 
     static void make_grid(Surfels& s) {

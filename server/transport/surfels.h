@@ -30,6 +30,7 @@ struct Surfels {  // NOLINT(bugprone-reserved-identifier): in the copy that the 
                                                // direct light falls on it, and links start about it; padded
     bool detailed = false;                     // any normal map: else `facing` is the shading normal
     std::vector<glm::vec3> geometric, albedo;  // means of the surface around; albedo 0..1 per channel
+    std::vector<float> drawn;                  // points that area_m2 is expected to be counted from
     std::vector<float> area_m2;  // of the surface that each stands for; of a pane as much as it stops light
     // A surfel near a source, and where direct light falls on the surface that it stands for. On all other surfels it
     // falls on the centre.

@@ -72,7 +72,7 @@ unsigned published_links(unsigned links) {
 
 std::size_t Transport::bytes() const {
     const Surfels& s = surface->surfels;
-    std::size_t sum = surface->cells->bytes() + s.count * (13 * sizeof(float) + 2 * sizeof(glm::vec3) + sizeof(float) +
+    std::size_t sum = surface->cells->bytes() + s.count * (14 * sizeof(float) + 2 * sizeof(glm::vec3) + sizeof(float) +
                                                            sizeof(s.neighbours[0]) + 2 * sizeof(std::uint32_t));
     for (const auto& set : links.sets) sum += set->ids.size() * sizeof(std::uint16_t);
     for (const auto& set : links.reversed)

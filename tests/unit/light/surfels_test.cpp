@@ -109,7 +109,7 @@ TEST(Transport, SurfelsCrowdNearALuminaire) {
         const float from_m = glm::distance(s.position(i), made.light);
         EXPECT_LE(s.spacing_m[i], s.radius_m);
         if (s.spacing_m[i] < s.radius_m) ++crowded;
-        if (from_m > 6.0f * s.radius_m) {
+        if (from_m > 8.0f * s.radius_m) {
             EXPECT_EQ(s.spacing_m[i], s.radius_m);
         }
         // A disc of the luminaire's distance around its foot; evenly spaced surfels would be 0.03 / radius² in it.
@@ -118,6 +118,34 @@ TEST(Transport, SurfelsCrowdNearALuminaire) {
     EXPECT_GT(static_cast<float>(close), 2.0f * 0.0314f * 0.55f / (s.radius_m * s.radius_m));
     EXPECT_GT(crowded, close);
     EXPECT_LT(crowded, s.count / 10);
+}
+
+// Two wide plates 1 m apart, and the lower one evenly lit: the upper one has rho E / (1 - rho²), the lower one rho
+// times that. A luminaire 5 cm below the upper plate crowds surfels, of which few points say how large they are.
+TEST(Transport, CrowdedSurfelsReceiveWhatIsSent) {
+    constexpr double half = 50.0;
+    constexpr float lux = 1000.0f, rho = 0.5f;
+    const Made made(test::scene_with(
+        {{quad({-half, 0, half}, {half, 0, half}, {half, 0, -half}, {-half, 0, -half}), glm::vec3(rho)},
+         {quad({-half, 1, -half}, {half, 1, -half}, {half, 1, half}, {-half, 1, half}), glm::vec3(rho)}},
+        test::isotropic(1.0), {0, 0.95, 0}));
+    const Surfels& s = made.surfels();
+    Irradiance lit;
+    lit.direct.assign(s.count, glm::vec4(0.0f));
+    for (std::size_t i = 0; i < s.count; ++i)
+        if (s.normal(i).y > 0.0f) lit.direct[i] = glm::vec4(lux);
+    Pool pool;
+    made.solve_to_the_end(lit, pool);
+    ASSERT_GT(s.all_crowded.size(), 300u);
+    double sum = 0.0, squares = 0.0;
+    for (const Surfels::Crowded& one : s.all_crowded) {
+        const float expected = (s.normal(one.id).y > 0.0f ? rho * rho : rho) * lux / (1.0f - rho * rho);
+        const double off = static_cast<double>(lit.indirect[one.id].g / expected - 1.0f);
+        sum += off, squares += off * off;
+    }
+    const double count = static_cast<double>(s.all_crowded.size());
+    EXPECT_LT(std::sqrt(squares / count), 0.02);
+    EXPECT_NEAR(sum / count, 0.0, 0.005);
 }
 
 // A luminaire that is mounted on the ceiling: all surfels together are as large as the room's surfaces.
