@@ -23,7 +23,12 @@ double beside(const trace::Luminaire& luminaire, bool point, const glm::dvec3& p
 }  // namespace
 
 std::optional<double> AirVolume::at(const std::vector<float>& values, const glm::dvec3& local) const {
-    const glm::dvec3 p = glm::clamp((local - low) / cell, glm::dvec3(0.0), glm::dvec3(size - 1));
+    const glm::dvec3 where = (local - low) / cell;
+    constexpr double kHalf = 0.501;  // rays end on the bounds, to a rounding
+    if (glm::any(glm::lessThan(where, glm::dvec3(-kHalf))) ||
+        glm::any(glm::greaterThan(where, glm::dvec3(size - 1) + kHalf)))
+        return std::nullopt;
+    const glm::dvec3 p = glm::clamp(where, glm::dvec3(0.0), glm::dvec3(size - 1));
     const glm::ivec3 a = glm::min(glm::ivec3(p), size - 2);
     const glm::vec3 part(p - glm::dvec3(a));
     const auto row = static_cast<std::size_t>(size.x), layer = row * static_cast<std::size_t>(size.y);

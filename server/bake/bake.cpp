@@ -99,6 +99,8 @@ struct Running {
     AirVolume volume;
     SourceMaps maps;
     std::vector<float> last;  // the newest bounce, three channels; before the first the direct light
+    // Of each sheet of the atlas, luminance times area: all light, the newest bounce and the one before.
+    std::vector<double> all_of, last_of, before_of;
     bool done = false;
 };
 
@@ -244,6 +246,25 @@ double mean_over_area(const Layout& layout, std::span<const float> values, int c
 
 namespace {
 
+template <typename Value>  // of a texel, per area
+std::vector<double> sums_over_sheets(const Layout& layout, const Value& value) {
+    std::vector<double> sums(layout.atlas.places.size(), 0.0);
+    for (std::size_t i = 0; i < layout.atlas.texels.size(); ++i) {
+        const Texel& texel = layout.atlas.texels[i];
+        if (texel.valid) sums[static_cast<std::size_t>(texel.sheet)] += static_cast<double>(texel.area_m2) * value(i);
+    }
+    return sums;
+}
+std::vector<double> areas_of_sheets(const Layout& layout) {
+    return sums_over_sheets(layout, [](std::size_t) { return 1.0; });
+}
+// values: three for each texel. Result: luminance times area.
+std::vector<double> sums_of_sheets(const Layout& layout, std::span<const float> values) {
+    return sums_over_sheets(layout, [&](std::size_t i) {
+        return static_cast<double>(trace::luminance(glm::vec3(values[3 * i], values[3 * i + 1], values[3 * i + 2])));
+    });
+}
+
 // One bake: what its steps share.
 struct Bake {
     const Scene& scene;
@@ -276,31 +297,66 @@ struct Bake {
                     running.last[3 * i + c] =
                         running.source->direct_channels == 3 ? maps.direct[3 * i + c] : maps.direct[i];
             }
+            running.all_of = running.last_of = sums_of_sheets(layout, running.last);
             return;
         }
         for (std::size_t i = 0; i < texels; ++i) maps.error[i] = std::hypot(maps.error[i], part.error[i]);
         for (std::size_t i = 0; i < 3 * texels; ++i) maps.indirect[i] += part.values[i];
         maps.mean_bounces_lx.push_back(mean_over_area(layout, part.values, 3));
         running.last = std::move(part.values);
+        running.before_of = std::exchange(running.last_of, sums_of_sheets(layout, running.last));
+        for (std::size_t k = 0; k < running.all_of.size(); ++k) running.all_of[k] += running.last_of[k];
+    }
+
+    // Result: what further bounces can add to light that r of each bounce is left of.
+    static double rest_of(double last, double before, double reflects) {
+        const double r = std::min(before > 0.0 ? std::max(reflects, last / before) : reflects, kMostReflectance);
+        return r / (1.0 - r) * last;
+    }
+    double reflects() const {
+        const glm::vec3& albedo = layout.mean_albedo;
+        return static_cast<double>(std::max({albedo.r, albedo.g, albedo.b}));
+    }
+    // Result: the greatest part of its light that further bounces can add to a sheet. A cavity keeps light that a scene
+    // has lost on the mean. Dim sheets count by a hundredth of the mean.
+    double greatest_rest(const Running& running, double all) const {
+        double greatest = 0.0;
+        if (running.before_of.empty()) return greatest;
+        const std::vector<double> areas_m2 = areas_of_sheets(layout);
+        for (std::size_t k = 0; k < areas_m2.size(); ++k) {
+            const double light = running.all_of[k] + 0.01 * all * areas_m2[k];
+            if (light > 0.0)
+                greatest = std::max(greatest, rest_of(running.last_of[k], running.before_of[k], reflects()) / light);
+        }
+        return greatest;
+    }
+    // Adds it to the error of each texel, as a share of the newest bounce there.
+    void add_rest_to_error(Running& running) const {
+        if (running.before_of.empty()) return;
+        for (std::size_t i = 0; i < texels; ++i) {
+            const auto k = static_cast<std::size_t>(layout.atlas.texels[i].sheet);
+            if (!(running.last_of[k] > 0.0)) continue;
+            const double times = rest_of(running.last_of[k], running.before_of[k], reflects()) / running.last_of[k];
+            const float newest =
+                trace::luminance(glm::vec3(running.last[3 * i], running.last[3 * i + 1], running.last[3 * i + 2]));
+            running.maps.error[i] = std::hypot(running.maps.error[i], static_cast<float>(times) * newest);
+        }
     }
 
     // Whether further bounces could still add what counts: about r/(1 − r) times the last one, r what each keeps of the
-    // one before: the mean reflectance, or more where light stays in a bright part of the scene.
+    // one before: the mean reflectance, or more where light stays in a bright part of the scene. To a sheet they may
+    // add five times as large a part as to the mean.
     bool goes_on(Running& running) const {
         const SourceMaps& maps = running.maps;
         double all = maps.mean_direct_lx;
         for (const double lx : maps.mean_bounces_lx) all += lx;
         const double last = maps.mean_bounces_lx.empty() ? maps.mean_direct_lx : maps.mean_bounces_lx.back();
-        const glm::vec3& albedo = layout.mean_albedo;
         const std::vector<double>& bounces = maps.mean_bounces_lx;
-        double reflects = static_cast<double>(std::max({albedo.r, albedo.g, albedo.b}));
-        if (bounces.size() > 1 && bounces[bounces.size() - 2] > 0.0)
-            reflects = std::max(reflects, bounces.back() / bounces[bounces.size() - 2]);
-        reflects = std::min(reflects, kMostReflectance);
-        running.maps.rest_lx = reflects / (1.0 - reflects) * last;
+        running.maps.rest_lx = rest_of(last, bounces.size() > 1 ? bounces[bounces.size() - 2] : 0.0, reflects());
         // What the air scatters first comes with the first bounce.
         if (maps.mean_bounces_lx.empty() && air.haze && all > 0.0) return true;
-        return running.maps.rest_lx > settings.tolerance * all;
+        return running.maps.rest_lx > settings.tolerance * all ||
+               greatest_rest(running, all) > 5.0 * settings.tolerance;
     }
 
     Result<bool> direct(Running& running) const {
@@ -421,6 +477,7 @@ struct Bake {
             for (Running* running : left) running->done = !goes_on(*running);
         }
         for (Running& running : group) {
+            if (settings.bounces == kMostBounces) add_rest_to_error(running);  // fewer are what was asked for
             if (!events.finished) continue;
             if (const auto kept = events.finished(layout, *running.source, running.maps); !kept) return kept.error();
         }

@@ -25,7 +25,8 @@ struct BakeSettings {
     AtlasSettings atlas;
     int directions = 256;  // of a texel and bounce; rounded up to a multiple of 32
     int bounces = kMostBounces;
-    double tolerance = 0.002;  // ends when what further bounces can add is less than this share of all
+    double tolerance = 0.002;  // ends when further bounces can add less than this share of all, and to no sheet more
+                               // than five times that
     bool openings = true;      // luminaires shine from their luminous openings
     double part = 0.25;        // DirectSettings::part
     int steps = 30;            // AirSettings, where the scene has haze
@@ -47,7 +48,7 @@ struct Source {
 struct SourceMaps {
     std::vector<float> direct;    // direct_channels each
     std::vector<float> indirect;  // three each: after one bounce or more, and once scattered by the air
-    std::vector<float> error;     // one each: half the difference of two half-streams, in luminance
+    std::vector<float> error;     // one each: half the difference of two half-streams, and what further bounces can add
     double mean_direct_lx = 0.0;  // over area, luminance
     std::vector<double> mean_bounces_lx;
     double rest_lx = 0.0;  // that further bounces can add to the mean

@@ -92,12 +92,12 @@ struct Onto {
 
 // A plane that faces a point in an infinite medium gets its direct light through the haze, and what this scatters.
 TEST(BakeAir, HazeSendsLightOntoSurfaces) {
-    for (const Onto& row : {Onto{.02, 3, 10.4641, 0.74558}, {.05, 3, 9.56342, 1.58128}, {.1, 5, 2.42612, 1.10733}}) {
+    const auto expect = [](const Onto& row, bool air_rays) {
         Scene scene = in_the_open(100.0, row.d);
         scene.haze = {row.extinction, 1.0, 0.0, 0.0};
         bake::BakeSettings settings = small_bake(16, 16384);
         settings.bounces = 1;
-        settings.air_rays = true;
+        settings.air_rays = air_rays;
         settings.steps = 6;
         settings.atlas.texel_m = 0.1;
         const Baked baked = bake_scene(scene, settings);
@@ -112,8 +112,11 @@ TEST(BakeAir, HazeSendsLightOntoSurfaces) {
         }
         ASSERT_GT(count, 0.0);
         EXPECT_NEAR(direct / count, row.direct, 0.005 * row.direct);
-        EXPECT_NEAR(scattered / count, row.scattered, 0.02 * row.scattered) << row.extinction << " " << row.d;
-    }
+        EXPECT_NEAR(scattered / count, row.scattered, 0.025 * row.scattered) << row.extinction << " " << row.d;
+    };
+    for (const Onto& row : {Onto{.02, 3, 10.4641, 0.74558}, {.05, 3, 9.56342, 1.58128}, {.1, 5, 2.42612, 1.10733}})
+        expect(row, true);
+    expect({.05, 3, 9.56342, 1.58128}, false);  // the volume knows nothing above the plane
 }
 
 // Nothing is lost but what scatters twice: the walls of a closed black room get less than the flux, and more than the

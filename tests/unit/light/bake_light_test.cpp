@@ -30,6 +30,34 @@ TEST(BakeLight, AClosedRoomHasTheFluxOverItsArea) {
     EXPECT_NEAR(baked.mean_all(), direct / (1.0 - rho), kMean * direct / (1.0 - rho));
 }
 
+// A white box without a lid in a dark hall: when the hall has no light left to reflect, the box still has most of it.
+TEST(BakeLight, ACavityHasItsLastBouncesToo) {
+    const double side = 0.6;
+    Mesh open = room({0, 0, 0}, {side, side, side});
+    open.indices.erase(open.indices.begin() + 6, open.indices.begin() + 12);
+    const Scene scene = scene_with({{room({-6, -1, -6}, {6, 4, 6}), glm::vec3(0.1f)}, {open, glm::vec3(0.95f)}},
+                                   isotropic(100.0), {0.3, 0.2, 0.3});
+    const auto box_lx = [&](const Baked& baked, double& error_lx) {
+        double light = 0.0, error = 0.0, area = 0.0;
+        for (std::size_t i = 0; i < baked.layout.atlas.texels.size(); ++i) {
+            const bake::Texel& texel = baked.layout.atlas.texels[i];
+            if (!texel.valid || texel.albedo.r < 0.5f) continue;
+            const double own = static_cast<double>(texel.area_m2);
+            light += own * static_cast<double>(baked.maps[0].direct[i] + baked.maps[0].indirect[3 * i + 1]);
+            error += own * static_cast<double>(baked.maps[0].error[i]);
+            area += own;
+        }
+        error_lx = error / area;
+        return light / area;
+    };
+    bake::BakeSettings usual = small_bake(64, 64), whole = usual;
+    whole.tolerance = 1e-6;
+    double stated = 0.0, least = 0.0;
+    const double right = box_lx(bake_scene(scene, whole), least), found = box_lx(bake_scene(scene, usual), stated);
+    EXPECT_NEAR(found, right, 0.015 * right);
+    EXPECT_LT(right - found, stated) << "what is missing is stated";
+}
+
 TEST(BakeLight, MeansWeighTexelsByArea) {
     // A room of thin and thick walls of texels: long, low, with a narrow slot of a chart's remainder.
     const auto profile = cosine_power(50.0, 1.0);
