@@ -9,6 +9,7 @@
 #include "server/scene/apply_show.h"
 #include "server/scene/cue.h"
 #include "server/scene/imported.h"
+#include "server/scene/moved_scene.h"
 
 namespace gonio {
 namespace {
@@ -71,9 +72,11 @@ void load_scene(Scene& scene, const v1::LoadScene& load, const Loaded& loaded, s
     if (load.dry_run()) refuse("invalid_argument", "load_scene.dry_run", "true", "only a merge can be tried");
     if (!loaded.asset) refuse("invalid_argument", "load_scene.file", "", "no scene was loaded");
     const Kept kept = kept_by(load);
-    if ((kept.lights || kept.views || kept.grids) && loaded.asset->place != scene.asset->place)
-        refuse("unsupported", "load_scene.keep", load.file(),
-               "the file lies kilometres from the scene that is shown, so what is kept would be in no room");
+    // Clients know positions as files have them, so what stays keeps its place there.
+    const glm::dvec3 by_m = scene.asset->place - loaded.asset->place;
+    const bool stays = by_m == glm::dvec3(0.0);
+    const Scene moved = stays ? Scene() : moved_by(scene, by_m);
+    const Scene& from = stays ? scene : moved;
     Scene fresh = scene_of(loaded.asset, scene.scene_rev + 1);
     fresh.traced = loaded.traced;
     fresh.drawn = loaded.drawn;
@@ -82,32 +85,32 @@ void load_scene(Scene& scene, const v1::LoadScene& load, const Loaded& loaded, s
     fresh.scene_rev = scene.scene_rev;
     fresh.next_light_id += scene.next_light_id;
     for (Light& light : fresh.lights) light.id += scene.next_light_id;
-    if (kept.lights) keep_lights(scene, fresh, warnings);
-    keep_viewing(scene, fresh);
-    const bool anew = scene.asset->name == fresh.asset->name;  // a file that was written anew
-    if (anew || kept.lights) fresh.show_name = scene.show_name;
+    if (kept.lights) keep_lights(from, fresh, warnings);
+    keep_viewing(from, fresh);
+    const bool anew = from.asset->name == fresh.asset->name;  // a file that was written anew
+    if (anew || kept.lights) fresh.show_name = from.show_name;
     fresh.show_rev = 0;
     // A patch that came with a scene goes with it; one that somebody set stays.
-    if (!fresh.patch && scene.patch != scene.asset->patch) fresh.patch = scene.patch;
-    fresh.surfaces = scene.surfaces;
-    fresh.presets = scene.presets;  // of lights by name: files are written anew, and scenes come back
-    fresh.presets_rev = scene.recalled.empty() ? scene.presets_rev : scene.scene_rev + 1;  // none is recalled now
-    fresh.cues = scene.cues;                                                               // likewise
-    fresh.cues_rev = scene.cues_rev;
-    fresh.cue_options = scene.cue_options;
-    fresh.cue_active = kept.cues ? scene.cue_active : 0;
-    fresh.cue_next = kept.cues ? scene.cue_next : cue_after(scene, 0);
+    if (!fresh.patch && from.patch != from.asset->patch) fresh.patch = from.patch;
+    fresh.surfaces = from.surfaces;
+    fresh.presets = from.presets;  // of lights by name: files are written anew, and scenes come back
+    fresh.presets_rev = from.recalled.empty() ? from.presets_rev : from.scene_rev + 1;  // none is recalled now
+    fresh.cues = from.cues;                                                             // likewise
+    fresh.cues_rev = from.cues_rev;
+    fresh.cue_options = from.cue_options;
+    fresh.cue_active = kept.cues ? from.cue_active : 0;
+    fresh.cue_next = kept.cues ? from.cue_next : cue_after(from, 0);
     // Saved views, grids and observers are places in a room. In another room they would point anywhere, so they stay
     // only where the file is the same one or the client says that the room is.
-    if (anew || kept.views) fresh.saved_views = scene.saved_views, fresh.saved_views_rev = scene.saved_views_rev;
-    if (kept.views) fresh.camera = scene.camera;
+    if (anew || kept.views) fresh.saved_views = from.saved_views, fresh.saved_views_rev = from.saved_views_rev;
+    if (kept.views) fresh.camera = from.camera;
     if (anew || kept.grids) {
-        fresh.grids = scene.grids, fresh.grids_rev = scene.grids_rev;
-        fresh.observers = scene.observers, fresh.observers_rev = scene.observers_rev;
+        fresh.grids = from.grids, fresh.grids_rev = from.grids_rev;
+        fresh.observers = from.observers, fresh.observers_rev = from.observers_rev;
     }
-    if (anew) fresh.haze = scene.haze, fresh.haze_rev = scene.haze_rev;
-    fresh.view_compare = scene.view_compare;
-    fresh.master_ratio = scene.master_ratio;
+    if (anew) fresh.haze = from.haze, fresh.haze_rev = from.haze_rev;
+    fresh.view_compare = from.view_compare;
+    fresh.master_ratio = from.master_ratio;
     scene = std::move(fresh);
 }
 

@@ -78,7 +78,11 @@ std::vector<std::string> HiddenLights::warnings(const Scene& scene) {
     for (const Light& light : scene.lights) {
         const auto known = by_id.find(light.id);
         if (known == by_id.end() || light.missing) continue;
-        if (asked_rev_of(light) > known->second.asked_rev && ++asked <= kMostOutletsAsked) {
+        if (asked_rev_of(light) > known->second.asked_rev) {
+            if (++asked > kMostOutletsAsked) {  // nobody knows: nothing is said
+                still.insert(*known);
+                continue;
+            }
             const auto obstacle = trace::obstacle_of(*scene.traced, light);
             if (!obstacle) continue;
             known->second = {*obstacle, scene.scene_rev};

@@ -29,8 +29,8 @@ struct HiddenLights {
     std::shared_ptr<const SceneAsset> asset;  // that was asked; null: none yet
 
     // Asks those again that were moved, turned or given another profile since, and all of another asset; forgets those
-    // that are gone. Of those that moved kMostOutletsAsked are asked, the others the next time. Result: a sentence for
-    // each one that is hidden now.
+    // that are gone. Of those that moved kMostOutletsAsked are asked, and the others the next time. Result: a sentence
+    // for each one that is known to be hidden now.
     std::vector<std::string> warnings(const Scene& scene);
 };
 

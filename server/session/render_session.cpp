@@ -345,10 +345,11 @@ void RenderSession::begin_scene() {
 // loader makes them; then it brings the work back.
 bool RenderSession::make_tables(std::shared_ptr<const Scene> scene, const Work& work) {
     auto shared = std::make_shared<Work>(work);
-    return loader_.submit([shared, scene = std::move(scene), &queue = queue_] {
-        shared->read = true;
+    shared->read = true;
+    shared->prepared = std::move(scene);
+    return loader_.submit([shared, &queue = queue_] {
         try {
-            for (const Light& light : scene->lights) tables_of(*light.profile);
+            for (const Light& light : shared->prepared->lights) tables_of(*light.profile);
         } catch (const std::bad_alloc&) {  // then whoever needs one tries again
         }
         push(queue, *shared);
@@ -361,15 +362,21 @@ void RenderSession::undo_or_redo(const Work& work) {
     if (command.has_base_rev())
         if (const auto refused = changes_.conflict(scene_, command, command.base_rev(), work.session))
             return replies_.refuse(work, *refused);
+    const auto refuse = [&](const Error& error) {
+        if (work.prepared) forget_left_profiles(scene_, scene_, profiles_of(*work.prepared));
+        replies_.refuse(work, error);
+    };
     auto plan = undo_.plan(work.session, command.has_redo(), scene_);
-    if (!plan) return replies_.refuse(work, plan.error());
-    if (plan->scene && !work.read && make_tables(plan->scene, work)) return;
+    if (!plan) return refuse(plan.error());
+    if (work.prepared && !plan->scene)  // what came meanwhile must not be undone in its place
+        return refuse({"conflict", command.has_redo() ? "redo" : "undo", "", "the scene was changed meanwhile"});
     if (plan->scene && command.has_base_rev()) {  // it replaces everything, as a load does
         v1::Command load;
         load.mutable_load_scene();
         if (const auto refused = changes_.conflict(scene_, load, command.base_rev(), work.session))
-            return replies_.refuse(work, *refused);
+            return refuse(*refused);
     }
+    if (plan->scene && plan->scene != work.prepared && make_tables(plan->scene, work)) return;
     Loaded loaded;
     loaded.opened = plan->scene;
     loaded.targets = std::make_shared<const std::vector<EditTarget>>(plan->targets);

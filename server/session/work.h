@@ -28,6 +28,7 @@ struct Work {
     Loaded loaded;                             // set when the loader has read the message's files
     std::optional<Error> failure;              // why it could not
     bool read = false;                         // the loader has been there
+    std::shared_ptr<const Scene> prepared;     // of undo and redo: whose tables the loader has made
     Revision rev = 0;                          // of save_show: that was written
     std::shared_ptr<const LeaderNews> leader;  // no message of a client
     bool closed = false;                       // no message: the session has gone, and what it waits for with it

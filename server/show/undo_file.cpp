@@ -1,6 +1,7 @@
 #include "server/show/undo_file.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -93,12 +94,17 @@ std::shared_ptr<const UndoStep> step_of(const saved::UndoStep& kept, const UndoV
         if (!before || !after) return nullptr;
         step->edits[*key] = {std::move(*before), std::move(*after), edit.before_writer(), edit.undone()};
     }
-    // Only a light that comes or goes with the step has properties that are not there.
+    // A light has all of its properties while it is there.
+    const auto is_there = [](const EditValue& value) {
+        const auto* light = std::get_if<ExistingLight>(&value);
+        return light != nullptr ? light->light != nullptr : !std::holds_alternative<std::monostate>(value);
+    };
     for (const auto& [key, edit] : step->edits) {
         if (key.kind == EditKind::light || !is_of_light(key)) continue;
-        const bool absent =
-            std::holds_alternative<std::monostate>(edit.before) || std::holds_alternative<std::monostate>(edit.after);
-        if (absent && !step->edits.contains({EditKind::light, key.light, {}, {}})) return nullptr;
+        const auto light = step->edits.find({EditKind::light, key.light, {}, {}});
+        const bool before = light == step->edits.end() || is_there(light->second.before),
+                   after = light == step->edits.end() || is_there(light->second.after);
+        if (is_there(edit.before) != before || is_there(edit.after) != after) return nullptr;
     }
     return step;
 }
@@ -153,8 +159,8 @@ std::shared_ptr<const saved::UndoLeft> UndoFileWriter::kept_of(const std::shared
     kept->set_key(left->key);
     kept->set_label(left->label);
     put_steps(left->steps, *left->scene, texts, *kept->mutable_steps());
-    const bool fits = kept->ByteSizeLong() <= most_bytes_;
-    if (fits && keep_files(*left->scene->asset, *kept->mutable_show())) return kept;
+    if (kept->ByteSizeLong() <= most_bytes_)
+        return keep_files(*left->scene->asset, *kept->mutable_show()) ? kept : nullptr;
     refused_.insert(left);
     return nullptr;
 }
@@ -201,7 +207,10 @@ Result<saved::UndoFile> read_undo_file(const std::string& path, const std::strin
     auto file = read_one(path + kUndoEnding, state_sha256);
     if (file) return file;
     auto next = read_one(path + kUndoNextEnding, state_sha256);
-    return next ? std::move(next) : std::move(file);
+    if (!next) return file;
+    std::error_code failed;  // the next save writes the other name anew, before the state
+    std::filesystem::rename(path + kUndoNextEnding, path + kUndoEnding, failed);
+    return next;
 }
 
 bool renew_ids(const saved::UndoSteps& steps, Scene& scene) {

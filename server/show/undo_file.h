@@ -46,7 +46,7 @@ private:
     std::size_t most_bytes_;
     ProfileTexts texts_;
     std::map<std::shared_ptr<const LeftScene>, std::shared_ptr<const saved::UndoLeft>> lefts_;
-    std::set<std::shared_ptr<const LeftScene>> refused_;  // too large, or their files cannot be kept; not tried again
+    std::set<std::shared_ptr<const LeftScene>> refused_;  // too large: not tried again
 };
 
 // Result: what undo goes on with. Errors, all "bad_state" or "file_unreadable": no such file, a damaged one, one of

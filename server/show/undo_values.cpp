@@ -33,6 +33,11 @@ bool all_finite(const auto& numbers) {
     return std::ranges::all_of(numbers, [](double number) { return std::isfinite(number); });
 }
 
+// Whether a quaternion turns.
+bool is_turn(const auto& xyzw) {
+    return std::abs(std::hypot(std::hypot(xyzw[0], xyzw[1]), std::hypot(xyzw[2], xyzw[3])) - 1.0) < 1e-3;
+}
+
 // Result: nothing where there are not so many, or one is no finite number.
 template <std::size_t Count>
 std::optional<std::array<double, Count>> numbers_in(const google::protobuf::RepeatedField<double>& values) {
@@ -295,6 +300,7 @@ std::optional<EditValue> UndoValueReader::existing_light(std::uint32_t id,
     const auto turn = numbers_in<4>(saved.orientation_xyzw()), mount = numbers_in<4>(saved.light().mount_xyzw());
     const bool seeded = saved.seed() >= 0;
     if (!read_light(saved.light(), *light) || !turn || !mount) return std::nullopt;
+    if (!std::isfinite(saved.light().multiplier()) || !is_turn(*turn) || !is_turn(*mount)) return std::nullopt;
     if (seeded && static_cast<std::size_t>(saved.seed()) >= scene_.asset->lights.size()) return std::nullopt;
     light->id = id;
     light->name = saved.light().name();
@@ -321,6 +327,8 @@ std::optional<EditValue> UndoValueReader::cue(const saved::UndoCue& saved) const
     cue.down_s = kept.down_s();
     cue.delay_up_s = kept.delay_up_s();
     cue.delay_down_s = kept.delay_down_s();
+    for (const double time_s : {cue.up_s, cue.down_s, cue.delay_up_s, cue.delay_down_s, kept.follow_s(), kept.hang_s()})
+        if (!(time_s >= 0.0 && time_s <= kMaxCueTime_s)) return std::nullopt;
     if (kept.has_follow_s()) cue.follow_s = kept.follow_s();
     if (kept.has_hang_s()) cue.hang_s = kept.hang_s();
     if (!kept.timecode().empty() && !(cue.timecode = parse_timecode(kept.timecode()))) return std::nullopt;
@@ -351,7 +359,7 @@ std::optional<EditValue> UndoValueReader::value(const EditKey& key, const saved:
             return saved.text();
         case Value::kOrientation: {
             const auto n = numbers_in<7>(saved.orientation().values());
-            if (!n) return std::nullopt;
+            if (!n || !is_turn(*n)) return std::nullopt;
             return Orientation{glm::dquat((*n)[3], (*n)[0], (*n)[1], (*n)[2]), (*n)[4], (*n)[5], (*n)[6]};
         }
         case Value::kNumbers: {

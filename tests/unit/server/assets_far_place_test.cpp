@@ -3,6 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
+#include "server/assets/assets.h"
+#include "server/scene/apply.h"
+#include "server/trace/reference.h"
 #include "tests/scenes/scenes.h"
 
 namespace gonio {
@@ -65,6 +70,26 @@ TEST(FarPlace, CoarseVerticesAreSaid) {
     bring_near(coarse);
     EXPECT_EQ(coarse.lights[0].position, glm::dvec3(0.25, 3, 0.5));
     EXPECT_EQ(coarse.bounds.min, glm::dvec3(-1, 0, -1));
+}
+
+// 900 cd at 3 m are 100 lx, wherever the room stands.
+TEST(FarPlace, TheSharedCases) {
+    const std::string folder = GONIO_SOURCE_DIR "/../shared/data/cases/51-survey-coordinates/";
+    if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder;
+    for (const char* file :
+         {"origin.gltf", "near.gltf", "nodes.gltf", "hundredth.gltf", "tenth.gltf", "within.gltf", "vertices.gltf"}) {
+        const auto asset = load_scene(folder + file);
+        ASSERT_TRUE(asset) << asset.error().text();
+        const Scene scene = scene_of(*asset);
+        trace::Settings settings;
+        settings.bounces = 0;
+        const trace::MeterPoint below{scene.lights.at(0).position - glm::dvec3(0, 2.999, 0), {0, 1, 0}};
+        EXPECT_NEAR(trace::measure(*trace::make_world(scene), {&below, 1}, settings).front().direct_lx.y, 100.0, 0.5)
+            << file;
+        EXPECT_EQ(says(**asset, "vertices lie"),
+                  std::string(file) == "vertices.gltf" || std::string(file) == "within.gltf")
+            << file << testing::PrintToString((*asset)->warnings);
+    }
 }
 
 }  // namespace

@@ -2,9 +2,12 @@
 // turned, and whether they have one side or two.
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "protocol/schema/command.pb.h"
 #include "protocol/schema/gonio.pb.h"
 #include "protocol/schema/grid.pb.h"
+#include "server/assets/assets.h"
 #include "server/session/grid_plan.h"
 #include "server/session/grid_values.h"
 #include "server/session/traced_meters.h"
@@ -245,6 +248,20 @@ TEST(GridPlaces, FacesOfTwoSidesToo) {
         EXPECT_NEAR(on.mean_lx(), above.mean_lx(), 2e-3 * above.mean_lx());
         EXPECT_GT(on.max_lx(), 95.0) << "900 / 9 below the lamp";
     }
+}
+
+TEST(GridPlaces, TheSharedCaseOfACupboard) {
+    const std::string path = GONIO_SOURCE_DIR "/../shared/data/cases/29-grid-in-furniture/room.gltf";
+    if (!std::filesystem::exists(path)) GTEST_SKIP() << "no " << path;
+    const auto asset = load_scene(path);
+    ASSERT_TRUE(asset) << asset.error().text();
+    const v1::GridValues on = values_of(scene_of(*asset), 0.0, 8.0, "horizontal", 16),
+                         above = values_of(scene_of(*asset), 1e-3, 8.0, "horizontal", 16);
+    EXPECT_EQ(left_out(on, "inside"), left_out(above, "inside"));
+    EXPECT_EQ(left_out(on, "inside").size(), 4u);
+    EXPECT_EQ(on.left_out_size(), 4);
+    EXPECT_NEAR(on.mean_lx(), above.mean_lx(), 2e-3 * above.mean_lx());
+    EXPECT_GT(on.max_lx(), 95.0) << "900 / 9 below the lamp";
 }
 
 }  // namespace

@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <filesystem>
 #include <map>
 
 #include "protocol/schema/command.pb.h"
 #include "protocol/schema/light.pb.h"
+#include "server/assets/assets.h"
 #include "server/trace/outlet.h"
 #include "server/trace/reference.h"
 #include "tests/scenes/scenes.h"
@@ -140,6 +142,34 @@ TEST(Outlets, ChangesSayItOnce) {
     EXPECT_EQ(moved(4.02), 1u);
     EXPECT_EQ(moved(4.03), 0u);
     EXPECT_EQ(moved(3.5), 0u);
+}
+
+// 900 cd at 4 m are 56.25 lx. Above the ceiling and in a closed housing nothing comes out until it is recessed.
+TEST(Outlets, TheSharedCases) {
+    const std::string folder = GONIO_SOURCE_DIR "/../shared/data/cases/55-recessed-luminaire/";
+    if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder;
+    struct Case {
+        const char* file;
+        bool hidden;
+        double lx;
+    };
+    for (const Case& one : {Case{"plane.gltf", false, 900.0 / 16.0},
+                            {"below.gltf", false, 900.0 / (3.98 * 3.98)},
+                            {"above.gltf", true, 0.0},
+                            {"housing.gltf", true, 0.0}}) {
+        const auto asset = load_scene(folder + one.file);
+        ASSERT_TRUE(asset) << asset.error().text();
+        Scene scene = scene_of(*asset);
+        scene.traced = std::make_shared<const trace::Geometry>(scene.asset);
+        const std::vector<std::string> said = outlet_warnings(scene);
+        EXPECT_EQ(said.size(), one.hidden ? 1u : 0u) << one.file;
+        EXPECT_NEAR(floor_lx(scene), one.lx, 0.01 * one.lx) << one.file;
+        if (!one.hidden) continue;
+        EXPECT_NE(said.front().find("'" + scene.lights[0].name + "' shines into nothing"), std::string::npos);
+        ASSERT_EQ(recessing(scene, scene.lights[0].name), "ok") << one.file;
+        EXPECT_EQ(outlet_warnings(scene), std::vector<std::string>{}) << one.file;
+        EXPECT_GT(floor_lx(scene), 50.0) << one.file;
+    }
 }
 
 }  // namespace

@@ -178,7 +178,6 @@ TEST_F(StateFileTest, AFullDiskIsSaidAndTriedAgainAndTheOldFileStays) {
     EXPECT_TRUE(until([&] { return file.told().error.empty(); }));
 }
 
-// What the next start would refuse to read takes the place of nothing.
 // What can be undone may take the last room of a disk; the show is worth more.
 TEST_F(StateFileTest, TheShowIsWrittenWhereThereIsNoRoomForUndo) {
     std::atomic<bool> room_for_both = false;
@@ -202,6 +201,7 @@ TEST_F(StateFileTest, TheShowIsWrittenWhereThereIsNoRoomForUndo) {
     EXPECT_TRUE(until([&] { return fs::exists(path + kUndoEnding); }));
 }
 
+// What the next start would refuse to read takes the place of nothing.
 TEST_F(StateFileTest, AShowTooLargeToReadIsSaidAndTheOldFileStays) {
     { StateFile(path, 1ms, 10ms).put(scene); }
     const std::size_t most = text_of(path).size() + 1000;

@@ -139,6 +139,8 @@ TEST_F(UndoFileTest, TheProgramMayBeKilledBetweenTheTwoFiles) {
     write(path + kUndoNextEnding, undo_bytes("new"));
     EXPECT_TRUE(read_undo_file(path, "old"));
     EXPECT_TRUE(read_undo_file(path, "new"));
+    EXPECT_FALSE(fs::exists(path + kUndoNextEnding)) << "the next save writes that name before the state";
+    EXPECT_TRUE(read_undo_file(path, "new"));
 }
 
 TEST_F(UndoFileTest, BeyondItsBytesTheOldestStepsGo) {
@@ -163,7 +165,7 @@ TEST_F(UndoFileTest, AStepThatIsTooLargeAloneIsLeftOut) {
     EXPECT_EQ(undo(kAnn), "not_found");
 }
 
-// A file that somebody has changed by hand is no way around what apply() refuses.
+// A file that somebody has changed by hand.
 TEST_F(UndoFileTest, StepsThatNoCommandMakesAreDropped) {
     say(kAnn, level("key", 0.25));
     const auto spoil = [&](const std::function<void(saved::UndoEdit&)>& change) {
@@ -177,6 +179,16 @@ TEST_F(UndoFileTest, StepsThatNoCommandMakesAreDropped) {
     EXPECT_TRUE(spoil([](saved::UndoEdit& edit) { edit.mutable_before()->clear_value(); })) << "the light stays";
     EXPECT_TRUE(spoil([](saved::UndoEdit& edit) { edit.mutable_before()->mutable_numbers()->set_values(0, NAN); }));
     EXPECT_TRUE(spoil([&](saved::UndoEdit& edit) { edit.mutable_key()->set_light(scene().next_light_id); }));
+}
+
+TEST_F(UndoFileTest, ALightThatComesBackHasAllThatALightHas) {
+    say(kAnn, removing("key"));
+    write(path + kUndoEnding, undo_bytes("state"));
+    auto file = read_undo_file(path, "state");
+    EXPECT_FALSE(record_of(*file, scene()).steps.stacks.empty());
+    for (saved::UndoEdit& edit : *file->mutable_steps()->mutable_stacks(0)->mutable_steps(0)->mutable_edits())
+        if (edit.before().has_text()) edit.mutable_before()->clear_value();  // its name
+    EXPECT_TRUE(record_of(*file, scene()).steps.stacks.empty());
 }
 
 TEST_F(UndoFileTest, WhatIsToldIsMadeOnceAChange) {

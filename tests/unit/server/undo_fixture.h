@@ -4,6 +4,7 @@
 #include <google/protobuf/util/json_util.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <functional>
 #include <map>
 #include <optional>
@@ -162,12 +163,16 @@ protected:
         work.session = session;
         work.message.set_request_id(9);
         *work.message.mutable_command() = command;
-        // As the loader brings it back: with files, or with the tables of a scene that comes back.
-        work.read =
-            command.has_add_light() || command.has_load_scene() || command.has_undo() || command.has_redo() || profile;
+        work.read = command.has_add_light() || command.has_load_scene() || profile;
         work.loaded.profile = profile ? profile : command.has_add_light() ? asset->lights[0].profile : nullptr;
         if (command.has_load_scene()) work.loaded.asset = asset;
+        const bool undoes = command.has_undo() || command.has_redo();
+        if (undoes) reply.Clear();
         stage->take(std::move(work));
+        // A scene that comes back goes by way of the loader.
+        for (const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+             undoes && !reply.has_result() && std::chrono::steady_clock::now() < until;)
+            if (auto back = queue.pop_for(std::chrono::milliseconds(100))) stage->take(std::move(*back));
         return reply.result().code();
     }
     std::string undo(std::uint32_t session) {
