@@ -369,6 +369,7 @@ bool opening_of_model(const Product& product, const Light& light, Opening& openi
         auto object = std::ranges::find(*objects, light.object, &detail::L3dObject::name);
         if (object == objects->end() && objects->size() == 1) object = objects->begin();
         if (object == objects->end() || object->opening.shape == OpeningShape::point) break;
+        if (!(std::max(object->opening.width.in(m), object->opening.length.in(m)) > 0.0)) break;
         if (object->turned)
             product.report.warn("opening_turned", offset_of(reference),
                                 "the luminous object is turned; its opening is taken as if it faced down");

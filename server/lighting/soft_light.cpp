@@ -10,7 +10,7 @@
 namespace gonio::lighting {
 
 std::shared_ptr<const SoftParts> soft_parts(const ies::Opening& opening, const glm::mat3& light_from_world, bool fine) {
-    if (opening.shape == ies::OpeningShape::point) return nullptr;
+    if (opening.shape == ies::OpeningShape::point || !(glm::length(half_sides(opening)) > 0.0)) return nullptr;
     const std::size_t most = fine ? 256 : 64;
     const glm::dmat3 world_from_light = glm::transpose(glm::dmat3(light_from_world));
     const auto placed = [&](const std::vector<glm::dvec3>& points, const glm::dvec3& off) {
@@ -19,7 +19,8 @@ std::shared_ptr<const SoftParts> soft_parts(const ies::Opening& opening, const g
         return result;
     };
     auto parts = std::make_shared<SoftParts>();
-    for (unsigned level = 0; level == 0 || parts->levels.back().at.size() < most; ++level) {
+    constexpr unsigned kMostLevels = 9;  // each has twice as many parts along a side, and one at least
+    for (unsigned level = 0; level < kMostLevels && (level == 0 || parts->levels.back().at.size() < most); ++level) {
         const OpeningParts own = opening_parts(opening, level);
         if (own.points.size() > most) break;
         parts->levels.push_back({static_cast<float>(own.size_m), placed(own.points, glm::dvec3(0.0))});

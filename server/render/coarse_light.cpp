@@ -154,6 +154,8 @@ Discrepancy discrepancy_of(const FrameInputs& inputs, const std::shared_ptr<cons
     if (waits) kept.builder->wait();
     const std::shared_ptr<const Transport> coarse = kept.builder->newest();
     if (!coarse || !kept.builder->done() || coarse->surface->surfels.count == 0) return found;
+    // Where both are as few as there may be they say nothing of each other.
+    if (2 * coarse->surface->surfels.count > surfels.count) return found;
     std::vector<glm::vec3> per_unit = weights_of(inputs);
     if (kept.scene_rev != inputs.scene.scene_rev || kept.per_unit != per_unit || kept.fine.transport != fine ||
         kept.coarse.transport != coarse) {

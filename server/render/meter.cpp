@@ -56,7 +56,10 @@ void add_light(const FrameInputs& inputs, std::size_t i, const glm::dvec3& point
                          &indirect[0]);
     const double unit_m2 = static_cast<double>(inputs.geometry.layer_unit_m2());
     if (const auto& by_rays = inputs.screen.meter.direct; by_rays.size() > static_cast<std::size_t>(layer)) {
-        sums.direct_lx += weight * by_rays[static_cast<std::size_t>(layer)];
+        const auto& own = by_rays[static_cast<std::size_t>(layer)];
+        const double error = trace::luminance(weight * own.error);
+        sums.direct_lx += weight * own.light;
+        sums.direct_variance += error * error;
     } else {
         float direct = 0.0f;
         glGetTextureSubImage(target.direct.id(), 0, 0, 0, layer, 1, 1, 1, GL_RED, GL_FLOAT, sizeof direct, &direct);
@@ -94,15 +97,22 @@ double transport_variance(const Discrepancy& found, const FrameInputs& inputs, c
     const double albedo = inputs.scene.haze.albedo,
                  scattered = kTwice * albedo * found.dimmed / (1.0 - kAgain * albedo * found.dimmed),
                  absorbed = std::min(1.0, (1.0 - albedo) * found.dimmed * found.legs), left_out = scattered + absorbed;
-    double unconverged = static_cast<double>(screen.light.summed_list.irradiance.solved.error);
-    for (const LightGpu* gpu : inputs.lights)
-        unconverged = std::max(unconverged, static_cast<double>(gpu->irradiance.solved.error));
-    if (inputs.transport != nullptr && !inputs.transport->emitted.direct.empty())
-        unconverged = std::max(unconverged, static_cast<double>(inputs.transport->emitted.solved.error));
+    double unconverged = 0.0;
+    const auto add = [&](const transport::Irradiance& light) {
+        const double error = static_cast<double>(light.solved.error);
+        if (!(error <= unconverged)) unconverged = error;  // also where it is no number
+    };
+    add(screen.light.summed_list.irradiance);
+    for (const LightGpu* gpu : inputs.lights) add(gpu->irradiance);
+    if (inputs.transport != nullptr && !inputs.transport->emitted.direct.empty()) add(inputs.transport->emitted);
+    // What links do not find is missing in the reading. Where they find next to nothing that says little of the rest.
+    const double missing = found.missing / std::max(1.0 - found.missing, 0.01) * indirect_lx +
+                           found.missing * found.missing * found.scene_lx;
     double variance = 0.0;
-    for (const double off : {(found.known ? kLeast : kUnknown) * indirect_lx, std::min(unconverged, 1.0) * indirect_lx,
-                             found.missing * indirect_lx, left_out * indirect_lx, kScene * found.scene_lx,
-                             kDifference * found.difference_lx, kMeanDifference * found.mean_difference_lx})
+    for (const double off :
+         {(found.known ? kLeast : kUnknown) * indirect_lx, (unconverged <= 1.0 ? unconverged : 1.0) * indirect_lx,
+          missing, left_out * indirect_lx, kScene * found.scene_lx, kDifference * found.difference_lx,
+          kMeanDifference * found.mean_difference_lx})
         variance += off * off;
     return variance;
 }
@@ -155,7 +165,8 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
     if (!failure.empty()) throw gl::ProgramError(failure);
     v1::MeterReading reading = lux_reading(point, sums.direct_lx, sums.indirect_lx);
     if (standard) {
-        reading.set_direct_error_lx(std::sqrt(sums.direct_variance));  // of luminaires 0: the web itself, evaluated
+        reading.set_direct_error_lx(
+            std::sqrt(sums.direct_variance));  // of luminaires 0 but in penumbras: the web itself, evaluated
         if (!rsm && transport_) {
             if (!coarse_) coarse_ = std::make_unique<CoarseLight>();
             const Discrepancy found =

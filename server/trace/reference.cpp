@@ -168,9 +168,12 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
             const Reading reading = reading_of(point);
             const double total = luminance(reading.direct_lx + reading.indirect_lx);
             const double error = std::hypot(reading.direct_error_lx, reading.indirect_error_lx);
-            // Nothing found is no proof of darkness: a far hole is met by one path in thousands.
+            // Nothing found is no proof of darkness: a far hole is met by one path in thousands. Of light after bounces
+            // too, however bright the direct light is.
+            const bool dark =
+                needs_paths && settings.bounces != 0 ? !(luminance(reading.indirect_lx) > 0.0) : !(total > 0.0);
             const bool enough =
-                total > 0.0 ? error <= kSafety * settings.noise * total : point.samples >= kDarkSamples / kMeterStreams;
+                (!dark || point.samples >= kDarkSamples / kMeterStreams) && error <= kSafety * settings.noise * total;
             point.noise_reached = enough;
             point.done = enough || point.samples >= greatest;
         }

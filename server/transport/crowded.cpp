@@ -10,7 +10,7 @@ std::vector<ToCrowded> rays_to_crowded(const Transport& transport, const trace::
                                        float far) {
     // Some surfels are far larger than their spacing says. Areas are noisy, so that this must not choose those that are
     // only counted too large: what rays leave, links find, and the sum would be too small.
-    constexpr float kWidths = 0.5f;  // square roots of an area for each spacing; 0.68 is usual
+    constexpr float kWidths = 0.5f;  // spacings for each square root of an area; 0.68 is usual
     const Surfels& surfels = transport.surface->surfels;
     std::vector<ToCrowded> found;
     struct Part {

@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <set>
+#include <tuple>
 
 #include "server/trace/path.h"
 
@@ -26,7 +29,8 @@ std::vector<glm::vec4> lit_by_emitters(const Surfels& surfels, const trace::Worl
             const trace::Receiver at = trace::receiver_of(*world.geometry, surfels.at(i));
             for (std::uint32_t k = 0; k < kSamples; ++k) {
                 trace::Sample sample(static_cast<std::uint32_t>(i), k);
-                lit[i] += glm::vec4(trace::trace_path(world, at, 0, sample).direct, 0.0f);
+                const glm::vec3 found = trace::trace_path(world, at, 0, sample).direct;
+                if (std::isfinite(found.r + found.g + found.b)) lit[i] += glm::vec4(found, 0.0f);
             }
             lit[i] /= static_cast<float>(kSamples);
         }
@@ -47,16 +51,20 @@ SurfelSettings within_bytes(SurfelSettings settings, const trace::Geometry& geom
     return settings;
 }
 
-// What emissive surfaces light is reached from before them: from some, where there are many.
+// What emissive surfaces light is reached from before them. Where there are many, from one in each part of the scene,
+// so that no closed room is left out.
 void add_seeds(const trace::World& world, std::vector<glm::vec3>& seeds) {
-    constexpr std::size_t kMost = 16;
-    const std::vector<trace::Emitter>& list = world.emitters.list;
-    const std::size_t every = std::max<std::size_t>(1, list.size() / kMost);
-    for (std::size_t i = 0; i < list.size(); i += every) {
-        const glm::vec3 middle = (list[i].corner[0] + list[i].corner[1] + list[i].corner[2]) / 3.0f,
-                        off = list[i].normal * (4.0f * world.geometry->step_off(middle));
+    constexpr std::size_t kMost = 512;
+    constexpr float kParts = 25.0f;  // along each half of the scene
+    std::set<std::tuple<int, int, int>> known;
+    for (const trace::Emitter& emitter : world.emitters.list) {
+        if (known.size() >= kMost) break;
+        const glm::vec3 middle = (emitter.corner[0] + emitter.corner[1] + emitter.corner[2]) / 3.0f,
+                        off = emitter.normal * (4.0f * world.geometry->step_off(middle));
+        const glm::ivec3 part(glm::floor(middle / world.geometry->extent() * kParts));
+        if (!known.emplace(part.x, part.y, part.z).second) continue;
         seeds.push_back(middle + off);
-        if (list[i].double_sided) seeds.push_back(middle - off);
+        if (emitter.double_sided) seeds.push_back(middle - off);
     }
 }
 

@@ -1,5 +1,6 @@
 // The default technique's light: the CPU's passes between the G-buffer and the layers (server/lighting).
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <glm/gtc/packing.hpp>
 #include <numbers>
@@ -138,9 +139,10 @@ std::vector<glm::dvec3> sources_of(const Light& light, const glm::dvec3& positio
     return points;
 }
 
-// Result: direct illuminance at the point of a meter per candela of the luminaire's peak, rgb, 1/m².
-glm::dvec3 direct_at_point(const PassContext& context, const Light& light, const LightGpu& gpu) {
-    if (!(gpu.web->peak_cd > 0.0f)) return glm::dvec3(0.0);
+// Result: direct illuminance at the point of a meter per candela of the luminaire's peak, rgb, 1/m². Its error is half
+// the difference of two halves of the points, where some of them are hidden.
+MeterLight::Direct direct_at_point(const PassContext& context, const Light& light, const LightGpu& gpu) {
+    if (!(gpu.web->peak_cd > 0.0f)) return {};
     const Eye& eye = context.eye;
     const glm::dvec3 normal = -eye.forward, point = eye.position + eye.forward;
     const LightSource source = source_of(light, context.traced.asset().bounds);
@@ -150,8 +152,10 @@ glm::dvec3 direct_at_point(const PassContext& context, const Light& light, const
     const double gain = light.sun ? source.gain / peak_of(context, light, gpu) : 1.0;
     const glm::dvec3 off = world_from_light * lifted_off(opening_of(light));
     const std::vector<glm::dvec3> sources = sources_of(light, source.position);
-    glm::dvec3 sum(0.0);
-    for (const glm::dvec3& at : sources) {
+    glm::dvec3 halves[2]{};
+    glm::vec3 most(0.0f), least(1.0f);  // that passes
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+        const glm::dvec3& at = sources[i];
         const glm::dvec3 d = point - at;
         const double d2 = glm::dot(d, d), cosine = -glm::dot(d, normal) / std::sqrt(d2);
         if (!(d2 > 0.0 && cosine > 0.0)) continue;
@@ -163,10 +167,14 @@ glm::dvec3 direct_at_point(const PassContext& context, const Light& light, const
         const double air = context.haze && !light.sun ? transmittance(context.haze, at - context.traced.origin(),
                                                                       point - context.traced.origin())
                                                       : 1.0;
-        sum += glm::dvec3(context.traced.transmittance(from, context.traced.local(at + off))) *
-               (gain * air * ratio * cosine / d2);
+        const glm::vec3 passes = context.traced.transmittance(from, context.traced.local(at + off));
+        most = glm::max(most, passes), least = glm::min(least, passes);
+        halves[std::popcount(i) % 2] += glm::dvec3(passes) * (gain * air * ratio * cosine / d2);
     }
-    return sum / static_cast<double>(sources.size());
+    const auto count = static_cast<double>(sources.size());
+    MeterLight::Direct found{(halves[0] + halves[1]) / count, glm::dvec3(0.0)};
+    if (sources.size() > 1 && most != least) found.error = glm::abs(halves[0] - halves[1]) / count;
+    return found;
 }
 
 }  // namespace
@@ -175,7 +183,7 @@ PassRun run_direct_point(const PassContext& context, const Light& light, const L
                          MeterLight& meter) {
     meter.direct.resize(std::max(meter.direct.size(), static_cast<std::size_t>(layer) + 1));
     meter.direct[layer] = direct_at_point(context, light, gpu);
-    const float value = trace::luminous(glm::vec3(meter.direct[layer])) * context.geometry.layer_unit_m2();
+    const float value = trace::luminous(glm::vec3(meter.direct[layer].light)) * context.geometry.layer_unit_m2();
     glTextureSubImage3D(context.target.direct.id(), 0, 0, 0, layer, 1, 1, 1, GL_RED, GL_FLOAT, &value);
     return {};
 }
@@ -183,13 +191,19 @@ PassRun run_direct_point(const PassContext& context, const Light& light, const L
 PassRun run_direct_point_summed(const PassContext& context, std::span<const LightGpu* const> lights,
                                 PointLight& found) {
     found = {};
+    glm::dvec3 variance(0.0);
     for (std::size_t i = 0; i < lights.size(); ++i) {
         if (context.layers[i] >= 0) continue;
         const Light& light = context.scene.lights[i];
-        found.light += context.scene.master_ratio * context.weight_in_sum(light, -1) *
-                       (peak_of(context, light, *lights[i]) * direct_at_point(context, light, *lights[i]));
+        const glm::dvec3 weight = glm::dvec3(context.scene.master_ratio * context.weight_in_sum(light, -1)) *
+                                  peak_of(context, light, *lights[i]);
+        const MeterLight::Direct own = direct_at_point(context, light, *lights[i]);
+        found.light += weight * own.light;
+        variance += weight * own.error * weight * own.error;
     }
-    found.parts.fill(found.light);
+    // Parts with that variance.
+    const glm::dvec3 off = glm::sqrt(variance * static_cast<double>(kMeterParts - 1));
+    for (unsigned k = 0; k < kMeterParts; ++k) found.parts[k] = found.light + (k % 2 == 0 ? off : -off);
     return {};
 }
 

@@ -113,7 +113,10 @@ struct EdgesOnGpu {
 
 // Of a meter's passes: direct, and after bounces.
 struct MeterLight {
-    std::vector<glm::dvec3> direct;             // per candela of peak, rgb, 1/m², by layer
+    struct Direct {
+        glm::dvec3 light{0.0}, error{0.0};
+    };
+    std::vector<Direct> direct;                 // per candela of peak, rgb, 1/m², by layer
     std::vector<PointLight> layers;             // after bounces, per candela of peak, by layer
     std::array<PointLight, 2> emitted, summed;  // lux
     std::vector<std::uint16_t> ids;             // of its links, the same for all light

@@ -223,6 +223,18 @@ TEST_F(Sacn, AHigherPriorityWinsAndOfEqualsTheHigherLevel) {
         << "level 20 in slot 1; ties go to the first";
 }
 
+TEST_F(Sacn, ASenderMayBeginWithAnySequenceNumber) {
+    std::uint8_t cid = 0;
+    for (const std::uint8_t sequence : {0, 1, 127, 128, 236, 250, 255}) {
+        SacnPacket packet = level(++cid, 255);
+        packet.universe = cid;
+        packet.sequence = sequence;
+        send_raw(packet.bytes());
+    }
+    wait(1500 * kMs);
+    for (std::uint8_t universe = 1; universe <= cid; ++universe) EXPECT_EQ(levels(universe), (std::vector{255}));
+}
+
 TEST_F(Sacn, SequencesArePerSenderAndUniverse) {
     for (const unsigned universe : {1u, 2u}) {
         for (const std::uint8_t cid : {1, 2}) {
