@@ -27,8 +27,8 @@ struct AirVolume {
     std::vector<float> passed;       // visibility times transmittance, 0..1: for air near the luminaire
     std::vector<float> lx;           // the same times I/d²: for the rest, where it is smooth
 
-    // Result: trilinear. Nothing beyond the bounds of all surfaces. Nothing either where light reaches some of the eight
-    // places around and others not: an edge of a shadow, or a wall, is between them. values: one of the two.
+    // Result: trilinear. Nothing beyond the bounds of all surfaces. Nothing either where light reaches some of the
+    // eight places around and others not: an edge of a shadow, or a wall, is between them. values: one of the two.
     std::optional<double> at(const std::vector<float>& values, const glm::dvec3& local) const;
 };
 

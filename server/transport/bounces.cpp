@@ -130,7 +130,7 @@ Bounces::Bounces(const Surfels& surfels, const Links& links, std::span<const glm
     const Brightest brightest = reversed || settings.rests ? brightest_of(surfels, sent_, pool) : Brightest();
     narrow_ = brightest.narrow;
     std::vector<glm::vec4> from_crowded;
-    if (links.crowded && !links.crowded->to.empty()) take_crowded(from_crowded);
+    if (links.crowded && !links.crowded->to.empty()) take_crowded(settings.rests, from_crowded);
     make_table(sent_, table_, pool_);
     const float few = settings.rests ? 1.0f : few_of(links, brightest, 2.5e6f, 3.5e6f);
     const float more = exact.empty() && reversed ? add_reversed(links, brightest, few, sent_, rest_, pool) : 0.0f;
@@ -159,18 +159,38 @@ Bounces::Bounces(const Surfels& surfels, const Links& links, std::span<const glm
     });
 }
 
-// Moves the direct light of crowded surfels from what links carry to `out`, where it arrives.
-void Bounces::take_crowded(std::vector<glm::vec4>& out) {
-    out.resize(surfels_.count);
-    pool_.run_chunks(surfels_.count, kSurfelsAJob, [&](std::size_t first, std::size_t size) {
-        for (std::size_t i = first; i < first + size; ++i) {
-            glm::vec4 sum(0.0f);
-            links_.crowded->each(i, [&](std::size_t j, float form_factor) { sum += form_factor * sent_[j]; });
-            out[i] = sum;
+// Moves the direct light of crowded surfels from what links carry to `out`, where it arrives. While light moves only
+// that of the bright ones: of others, such as those around another luminaire, links do not make more noise than of all.
+void Bounces::take_crowded(bool rests, std::vector<glm::vec4>& out) {
+    constexpr float kBright = 2.0f;  // times what a surfel sends on the mean
+    constexpr std::size_t kParts = 2;
+    const auto most = [](const glm::vec4& sent) { return std::max({sent.r, sent.g, sent.b}); };
+    float bright = 0.0f;
+    if (!rests && !sent_.empty()) {
+        float sum = 0.0f;
+        for (const glm::vec4& sent : sent_) sum += most(sent);
+        bright = kBright * sum / static_cast<float>(sent_.size());
+    }
+    std::vector<std::uint32_t> numbers;  // in all_crowded
+    for (std::uint32_t n = 0; n < surfels_.all_crowded.size(); ++n)
+        if (most(sent_[surfels_.all_crowded[n].id]) > bright) numbers.push_back(n);
+    if (numbers.empty()) return;
+    std::vector<glm::vec4> parts[kParts];
+    pool_.run(kParts, [&](int part) {
+        std::vector<glm::vec4>& sum = parts[part];
+        sum.assign(surfels_.count, glm::vec4(0.0f));
+        for (std::size_t k = static_cast<std::size_t>(part); k < numbers.size(); k += kParts) {
+            const glm::vec4 sent = sent_[surfels_.all_crowded[numbers[k]].id];
+            links_.crowded->each(numbers[k], [&](std::size_t i, float form_factor) { sum[i] += form_factor * sent; });
         }
     });
+    out = std::move(parts[0]);
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] += parts[1][i];
     uncrowded_.assign(direct_.begin(), direct_.end());
-    for (const Surfels::Crowded& one : surfels_.all_crowded) uncrowded_[one.id] = sent_[one.id] = glm::vec4(0.0f);
+    for (const std::uint32_t n : numbers) {
+        const std::size_t id = surfels_.all_crowded[n].id;
+        uncrowded_[id] = sent_[id] = glm::vec4(0.0f);
+    }
     direct_ = uncrowded_;
 }
 

@@ -46,14 +46,14 @@ public:
 
 private:
     void send(float share, std::span<const glm::vec4> indirect);
-    void take_crowded(std::vector<glm::vec4>& out);
+    void take_crowded(bool rests, std::vector<glm::vec4>& out);
     template <typename Job>
     void for_all(const Job& job) const;
 
     const Surfels& surfels_;
     const Links& links_;
     std::span<const glm::vec4> direct_;
-    std::vector<glm::vec4> uncrowded_;  // E0 without that of crowded surfels, which rest_ has all of
+    std::vector<glm::vec4> uncrowded_;  // E0 without that of crowded surfels which rest_ has all of
     std::span<const std::uint8_t> seen_;
     Pool& pool_;
     Followed shown_, unseen_;

@@ -124,34 +124,38 @@ std::vector<float> met_areas_m2(const Links& links, const Surfels& surfels) {
 CrowdedLinks crowded_links(const Links& links, const Surfels& surfels, std::span<const float> areas_m2) {
     CrowdedLinks result;
     if (surfels.all_crowded.empty() || links.sets.empty()) return result;
-    std::vector<bool> crowded(surfels.count + 1, false);
-    for (const Surfels::Crowded& one : surfels.all_crowded) crowded[one.id] = true;
+    constexpr std::uint32_t kNone = ~0u;
+    std::vector<std::uint32_t> number(surfels.count + 1, kNone);  // in all_crowded
+    const std::size_t count = surfels.all_crowded.size();
+    for (std::uint32_t n = 0; n < count; ++n) number[surfels.all_crowded[n].id] = n;
     const float share = 1.0f / static_cast<float>(links.per_surfel());
-    // Each link to or from a crowded surfel, by the surfel that receives: whom it meets, and whether it starts there.
+    // Each link to or from a crowded surfel, by its number: the receiver's id, doubled, and 1 where the link starts at
+    // the crowded one.
     const auto each = [&](const auto& take) {
         each_link(links, surfels, [&](std::size_t i, std::size_t j) {
             if (j == surfels.count) return;
-            if (crowded[j]) take(i, static_cast<std::uint32_t>(2 * j));
-            if (crowded[i]) take(j, static_cast<std::uint32_t>(2 * i + 1));
+            if (number[j] != kNone) take(number[j], static_cast<std::uint32_t>(2 * i));
+            if (number[i] != kNone) take(number[i], static_cast<std::uint32_t>(2 * j + 1));
         });
     };
-    std::vector<std::uint32_t> first(surfels.count + 2, 0);
-    each([&](std::size_t i, std::uint32_t) { ++first[i + 2]; });
-    for (std::size_t i = 2; i < first.size(); ++i) first[i] += first[i - 1];
+    std::vector<std::uint32_t> first(count + 2, 0);
+    each([&](std::size_t n, std::uint32_t) { ++first[n + 2]; });
+    for (std::size_t n = 2; n < first.size(); ++n) first[n] += first[n - 1];
     std::vector<std::uint32_t> to(first.back());
-    each([&](std::size_t i, std::uint32_t link) { to[first[i + 1]++] = link; });
+    each([&](std::size_t n, std::uint32_t link) { to[first[n + 1]++] = link; });
     result.first.push_back(0);
-    for (std::size_t i = 0; i < surfels.count; ++i) {
-        const auto begin = to.begin() + first[i], end = to.begin() + first[i + 1];
+    for (std::size_t n = 0; n < count; ++n) {
+        const std::size_t j = surfels.all_crowded[n].id;
+        const auto begin = to.begin() + first[n], end = to.begin() + first[n + 1];
         std::sort(begin, end);
         for (auto one = begin; one != end;) {
-            const std::uint32_t j = *one / 2;
-            const auto reversed = std::lower_bound(one, end, 2 * j + 1), next = std::upper_bound(one, end, 2 * j + 1);
+            const std::uint32_t i = *one / 2;
+            const auto reversed = std::lower_bound(one, end, 2 * i + 1), next = std::upper_bound(one, end, 2 * i + 1);
             const float ratio = surfels.spacing_m[j] / surfels.spacing_m[i], own = std::min(ratio * ratio, 1.0f),
                         form_factor = own * static_cast<float>(reversed - one) +
                                       (1.0f - own) * static_cast<float>(next - reversed) * areas_m2[j] / areas_m2[i];
             if (form_factor > 0.0f) {
-                result.to.push_back(static_cast<std::uint16_t>(j));
+                result.to.push_back(static_cast<std::uint16_t>(i));
                 result.form_factor.push_back(share * form_factor);
             }
             one = next;

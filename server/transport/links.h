@@ -61,15 +61,15 @@ Fan make_fan(const glm::vec3& from, const glm::vec3& normal, const glm::vec3& ge
 unsigned follow(const Fan& fan, const trace::Geometry& geometry, const Surfels& surfels, const CellMap& cells,
                 trace::HitPacket& hits, std::uint16_t* ids);
 
-// Form factors from surfels to crowded ones: surfel i receives form_factor[k] × what surfel to[k] sends, for k =
-// first[i] … first[i + 1] − 1. Empty where no surfel is crowded.
+// Form factors from surfels to crowded ones, by Surfels::all_crowded: of what number n sends, surfel to[k] receives
+// form_factor[k] times as much, for k = first[n] … first[n + 1] − 1. Empty where no surfel is crowded.
 struct CrowdedLinks {
     std::vector<std::uint32_t> first;
     std::vector<std::uint16_t> to;
     std::vector<float> form_factor;
     template <typename Take>
-    void each(std::size_t i, const Take& take) const {  // take(j, form factor)
-        for (std::size_t k = first.empty() ? 0 : first[i]; k < (first.empty() ? 0 : first[i + 1]); ++k)
+    void each(std::size_t n, const Take& take) const {  // take(receiver, form factor)
+        for (std::size_t k = first.empty() ? 0 : first[n]; k < (first.empty() ? 0 : first[n + 1]); ++k)
             take(std::size_t{to[k]}, form_factor[k]);
     }
 };

@@ -193,21 +193,29 @@ bool continue_first_bounce(const PassContext& context, const Light& light, Light
         gpu.exact.by_vpls = gpu.exact.first;
     }
     const transport::Links& links = context.transport->links;
+    const auto sends = [&](std::size_t j, std::size_t i) {
+        const float length_m = glm::distance(surfels.position(i), surfels.position(j));
+        return surfels.albedo[j] *
+               (gpu.irradiance.direct[j].g * (1.0f - lighting::vpl_share(length_m, surfels.radius_m)));
+    };
+    if (gpu.exact.next == 0 && links.crowded) {
+        for (std::size_t n = 0; n < surfels.all_crowded.size(); ++n) {
+            const std::size_t j = surfels.all_crowded[n].id;
+            if (gpu.irradiance.direct[j].g > 0.0f)
+                links.crowded->each(n, [&](std::size_t i, float form_factor) {
+                    gpu.exact.first[i] += glm::vec4(form_factor * sends(j, i), 0.0f);
+                });
+        }
+    }
     const auto nearby = [&](std::size_t i) {
-        glm::vec3 sum(0.0f), from_crowded(0.0f);
-        const auto sent_to = [&](std::size_t j) {
-            const float length_m = glm::distance(surfels.position(i), surfels.position(j));
-            return surfels.albedo[j] *
-                   (gpu.irradiance.direct[j].g * (1.0f - lighting::vpl_share(length_m, surfels.radius_m)));
-        };
+        glm::vec3 sum(0.0f);
         for (const auto& set : links.sets) {
             for (unsigned k = 0; k < set->count; ++k) {
                 const std::size_t j = set->ids[i * set->count + k];
-                if (j != surfels.count && gpu.irradiance.direct[j].g > 0.0f && !surfels.crowded(j)) sum += sent_to(j);
+                if (j != surfels.count && gpu.irradiance.direct[j].g > 0.0f && !surfels.crowded(j)) sum += sends(j, i);
             }
         }
-        links.crowded->each(i, [&](std::size_t j, float form_factor) { from_crowded += form_factor * sent_to(j); });
-        return from_crowded + sum / static_cast<float>(std::max(links.per_surfel(), 1u));
+        return sum / static_cast<float>(std::max(links.per_surfel(), 1u));
     };
     const float unit_m2 = context.geometry.layer_unit_m2();
     while (gpu.exact.next < surfels.count) {
@@ -218,7 +226,7 @@ bool continue_first_bounce(const PassContext& context, const Light& light, Light
                 const glm::vec3 far = lighting::from_vpls(context.traced, gpu.exact.vpls, surfels.position(i),
                                                           surfels.normal(i), surfels.geometric[i], surfels.radius_m);
                 gpu.exact.by_vpls[i] = glm::vec4(far * unit_m2, 0.0f);
-                gpu.exact.first[i] = gpu.exact.by_vpls[i] + glm::vec4(nearby(i), 0.0f);
+                gpu.exact.first[i] += gpu.exact.by_vpls[i] + glm::vec4(nearby(i), 0.0f);
             }
         });
         gpu.exact.next = end;

@@ -102,9 +102,9 @@ TEST(Transport, ABrightSpotLightsEverySurfelOfASphere) {
     // By reciprocity what crowded surfels send comes to all others, none of it lost. The area of each is a mean of some
     // fifty points, which says as much of a single one.
     std::vector<double> received_m2(surfels.count, 0.0);
-    for (std::size_t i = 0; i < surfels.count; ++i)
-        made.transport->links.crowded->each(i, [&](std::size_t j, float form_factor) {
-            received_m2[j] += static_cast<double>(form_factor * made.transport->met_m2[i]);
+    for (std::size_t n = 0; n < surfels.all_crowded.size(); ++n)
+        made.transport->links.crowded->each(n, [&](std::size_t i, float form_factor) {
+            received_m2[surfels.all_crowded[n].id] += static_cast<double>(form_factor * made.transport->met_m2[i]);
         });
     double sent_lm = 0.0, received_lm = 0.0;
     for (const Surfels::Crowded& one : surfels.all_crowded) {
