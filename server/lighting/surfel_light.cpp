@@ -182,13 +182,21 @@ void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry&
         direct_at_points({at[0], at[1], at[2], at[3], at[4], at[5]}, std::span(surfels.geometric).subspan(first, count),
                          geometry, light, out.data() + first);
     });
-    pool.run_chunks(surfels.all_crowded.size(), kCells, [&](std::size_t first, std::size_t count) {
+    // Those that crowd around another luminaire are small for the way from this one: their centres are as good.
+    constexpr float kFarSpacings = 12.0f;
+    const float beside_m = light.parts ? light.parts->radius_m : 0.0f;
+    std::vector<const transport::Surfels::Crowded*> near;
+    for (const transport::Surfels::Crowded& one : surfels.all_crowded)
+        if (!light.sun && glm::distance(surfels.position(one.id), light.position) - beside_m <
+                              kFarSpacings * surfels.spacing_m[one.id])
+            near.push_back(&one);
+    pool.run_chunks(near.size(), kCells, [&](std::size_t first, std::size_t count) {
         std::array<std::array<float, kChunk>, 6> at{};
         std::array<float, kChunk> direct{};
         std::vector<glm::vec3> geometric(count * transport::kCellPoints);
-        const std::span some = std::span(surfels.all_crowded).subspan(first, count);
+        const std::span some = std::span(near).subspan(first, count);
         for (std::size_t i = 0; i < geometric.size(); ++i) {
-            const auto& [id, points] = some[i / transport::kCellPoints];
+            const auto& [id, points] = *some[i / transport::kCellPoints];
             const glm::vec3 &p = points.at[i % transport::kCellPoints], n = surfels.detailed_normal(id);
             for (int k = 0; k < 3; ++k) {
                 at[static_cast<std::size_t>(k)][i] = p[k];
@@ -197,9 +205,9 @@ void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry&
             geometric[i] = surfels.geometric[id];
         }
         direct_at_points(points_at(at.data(), 0), geometric, geometry, light, direct.data());
-        for (const auto& [id, points] : some) out[id] = 0.0f;
+        for (const transport::Surfels::Crowded* one : some) out[one->id] = 0.0f;
         for (std::size_t i = 0; i < geometric.size(); ++i) {
-            const auto& [id, points] = some[i / transport::kCellPoints];
+            const auto& [id, points] = *some[i / transport::kCellPoints];
             out[id] += points.share[i % transport::kCellPoints] * direct[i];
         }
     });

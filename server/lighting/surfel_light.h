@@ -13,8 +13,9 @@
 namespace gonio::lighting {
 
 // out: direct illuminance of each surfel per candela of peak × unit_m2, with a ray from the luminaire where light could
-// reach it. It is that of the surfel's centre, or, where surfels are crowded, the mean of the four points of its cell.
-// Of an opening a ray comes from one of its points, another for each surfel, or four where it is near. Render thread.
+// reach it. It is that of the surfel's centre, or, where surfels crowd around this luminaire, the mean of the four
+// points of its cell. Of an opening a ray comes from one of its points, another for each surfel, or four where it is
+// near. Render thread.
 void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry& geometry, const DirectLight& light,
                        std::vector<float>& out, Pool& pool);
 

@@ -61,8 +61,8 @@ Fan make_fan(const glm::vec3& from, const glm::vec3& normal, const glm::vec3& ge
 unsigned follow(const Fan& fan, const trace::Geometry& geometry, const Surfels& surfels, const CellMap& cells,
                 trace::HitPacket& hits, std::uint16_t* ids);
 
-// Form factors from surfels to crowded ones, by Surfels::all_crowded: of what number n sends, surfel to[k] receives
-// form_factor[k] times as much, for k = first[n] … first[n + 1] − 1. Empty where no surfel is crowded.
+// Form factors from surfels to crowded ones, by Surfels::all_crowded. What number n sends comes to surfel to[k] times
+// form_factor[k], for k = first[n] … first[n + 1] − 1. Empty where no surfel is crowded.
 struct CrowdedLinks {
     std::vector<std::uint32_t> first;
     std::vector<std::uint16_t> to;
