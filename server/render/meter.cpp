@@ -100,19 +100,17 @@ double transport_variance(const Discrepancy& found, const FrameInputs& inputs, c
     double unconverged = 0.0;
     const auto add = [&](const transport::Irradiance& light) {
         const double error = static_cast<double>(light.solved.error);
-        if (!(error <= unconverged)) unconverged = error;  // also where it is no number
+        unconverged = std::max(unconverged, std::isfinite(error) ? std::min(error, 1.0) : 1.0);
     };
     add(screen.light.summed_list.irradiance);
     for (const LightGpu* gpu : inputs.lights) add(gpu->irradiance);
     if (inputs.transport != nullptr && !inputs.transport->emitted.direct.empty()) add(inputs.transport->emitted);
-    // What links do not find is missing in the reading. Where they find next to nothing that says little of the rest.
-    const double missing = found.missing / std::max(1.0 - found.missing, 0.01) * indirect_lx +
-                           found.missing * found.missing * found.scene_lx;
+    // What links do not find is missing in the reading. Where they find nothing at all no walk of light has come.
+    const double missing = found.missing / std::max(1.0 - found.missing, 0.01) * indirect_lx;
     double variance = 0.0;
     for (const double off :
-         {(found.known ? kLeast : kUnknown) * indirect_lx, (unconverged <= 1.0 ? unconverged : 1.0) * indirect_lx,
-          missing, left_out * indirect_lx, kScene * found.scene_lx, kDifference * found.difference_lx,
-          kMeanDifference * found.mean_difference_lx})
+         {(found.known ? kLeast : kUnknown) * indirect_lx, unconverged * indirect_lx, missing, left_out * indirect_lx,
+          kScene * found.scene_lx, kDifference * found.difference_lx, kMeanDifference * found.mean_difference_lx})
         variance += off * off;
     return variance;
 }

@@ -72,11 +72,17 @@ void load_scene(Scene& scene, const v1::LoadScene& load, const Loaded& loaded, s
     if (load.dry_run()) refuse("invalid_argument", "load_scene.dry_run", "true", "only a merge can be tried");
     if (!loaded.asset) refuse("invalid_argument", "load_scene.file", "", "no scene was loaded");
     const Kept kept = kept_by(load);
-    // Clients know positions as files have them, so what stays keeps its place there.
+    const bool keeps_places = kept.lights || kept.views || kept.grids;
+    bool anew = scene.asset->name == loaded.asset->name;  // a file that was written anew
+    // Clients know positions as files have them, so what stays of the same room keeps its place there.
     const glm::dvec3 by_m = scene.asset->place - loaded.asset->place;
-    const bool stays = by_m == glm::dvec3(0.0);
-    const Scene moved = stays ? Scene() : moved_by(scene, by_m);
-    const Scene& from = stays ? scene : moved;
+    const bool moves = by_m != glm::dvec3(0.0) && (keeps_places || anew);
+    const std::optional<Scene> moved = moves ? moved_by(scene, by_m) : std::nullopt;
+    if (moves && !moved && keeps_places)
+        refuse("unsupported", "load_scene.keep", load.file(),
+               "the file lies so far from the scene that is shown that what is kept could not be set there");
+    if (moves && !moved) anew = false;
+    const Scene& from = moved ? *moved : scene;
     Scene fresh = scene_of(loaded.asset, scene.scene_rev + 1);
     fresh.traced = loaded.traced;
     fresh.drawn = loaded.drawn;
@@ -87,7 +93,6 @@ void load_scene(Scene& scene, const v1::LoadScene& load, const Loaded& loaded, s
     for (Light& light : fresh.lights) light.id += scene.next_light_id;
     if (kept.lights) keep_lights(from, fresh, warnings);
     keep_viewing(from, fresh);
-    const bool anew = from.asset->name == fresh.asset->name;  // a file that was written anew
     if (anew || kept.lights) fresh.show_name = from.show_name;
     fresh.show_rev = 0;
     // A patch that came with a scene goes with it; one that somebody set stays.

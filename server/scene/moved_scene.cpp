@@ -1,6 +1,6 @@
 #include "server/scene/moved_scene.h"
 
-#include <algorithm>
+#include <cmath>
 
 #include <google/protobuf/repeated_field.h>
 
@@ -10,35 +10,43 @@
 namespace gonio {
 namespace {
 
-void move(glm::dvec3& position, const glm::dvec3& by_m) {
-    position = glm::clamp(position + by_m, -kFarthestSet_m, kFarthestSet_m);
-}
+constexpr double kFarthest_m = 1e6;  // that commands may set
 
-// The target at the eye's distance.
-void move(Camera& camera, const glm::dvec3& by_m) {
-    const glm::dvec3 ahead = camera.target - camera.eye;
-    move(camera.eye, by_m);
-    camera.target = camera.eye + ahead;
-}
+// Moves positions, and knows whether all of them can be set.
+struct Mover {
+    glm::dvec3 by_m;
+    bool fits = true;
 
-void move(google::protobuf::RepeatedField<double>& numbers, const glm::dvec3& by_m) {
-    for (int k = 0; k < numbers.size(); ++k)
-        numbers[k] = std::clamp(numbers[k] + by_m[k % 3], -kFarthestSet_m, kFarthestSet_m);
-}
+    void move(glm::dvec3& position) {
+        position += by_m;
+        for (int k = 0; k < 3; ++k) fits &= std::abs(position[k]) <= kFarthest_m;
+    }
+    void move(Camera& camera) {
+        move(camera.eye);
+        move(camera.target);
+    }
+    void move(google::protobuf::RepeatedField<double>& numbers) {
+        for (int k = 0; k < numbers.size(); ++k) {
+            numbers[k] += by_m[k % 3];
+            fits &= std::abs(numbers[k]) <= kFarthest_m;
+        }
+    }
+};
 
 }  // namespace
 
-Scene moved_by(const Scene& scene, const glm::dvec3& by_m) {
+std::optional<Scene> moved_by(const Scene& scene, const glm::dvec3& by_m) {
+    Mover mover{by_m};
     Scene moved = scene;
-    for (Light& light : moved.lights) move(light.position, by_m);
-    move(moved.camera, by_m);
-    for (auto& [name, view] : moved.saved_views) move(view, by_m);
+    for (Light& light : moved.lights) mover.move(light.position);
+    mover.move(moved.camera);
+    for (auto& [name, view] : moved.saved_views) mover.move(view);
     std::map<const Preset*, std::shared_ptr<const Preset>> presets;  // a cue may share one
     const auto moved_preset = [&](const std::shared_ptr<const Preset>& preset) {
         std::shared_ptr<const Preset>& known = presets[preset.get()];
         if (known) return known;
         auto lights = std::make_shared<Preset>(*preset);
-        for (PresetLight& light : *lights) move(light.position, by_m);
+        for (PresetLight& light : *lights) mover.move(light.position);
         return known = std::move(lights);
     };
     for (auto& [name, preset] : moved.presets) preset = moved_preset(preset);
@@ -53,16 +61,17 @@ Scene moved_by(const Scene& scene, const glm::dvec3& by_m) {
     }
     for (auto& [name, grid] : moved.grids) {
         auto other = std::make_shared<v1::Grid>(*grid);
-        move(*other->mutable_corner_m(), by_m);
+        mover.move(*other->mutable_corner_m());
         grid = std::move(other);
     }
     for (auto& [name, observer] : moved.observers) {
         auto other = std::make_shared<v1::Observer>(*observer);
-        move(*other->mutable_eye_m(), by_m);
+        mover.move(*other->mutable_eye_m());
         observer = std::move(other);
     }
     moved.presets_rev = moved.cues_rev = moved.saved_views_rev = moved.grids_rev = moved.observers_rev =
         scene.scene_rev + 1;
+    if (!mover.fits) return std::nullopt;
     return moved;
 }
 

@@ -359,16 +359,16 @@ bool RenderSession::make_tables(std::shared_ptr<const Scene> scene, const Work& 
 // A change of this client like any other, but no step of its own.
 void RenderSession::undo_or_redo(const Work& work) {
     const v1::Command& command = work.message.command();
-    if (command.has_base_rev())
-        if (const auto refused = changes_.conflict(scene_, command, command.base_rev(), work.session))
-            return replies_.refuse(work, *refused);
     const auto refuse = [&](const Error& error) {
         if (work.prepared) forget_left_profiles(scene_, scene_, profiles_of(*work.prepared));
         replies_.refuse(work, error);
     };
+    if (command.has_base_rev())
+        if (const auto refused = changes_.conflict(scene_, command, command.base_rev(), work.session))
+            return refuse(*refused);
     auto plan = undo_.plan(work.session, command.has_redo(), scene_);
     if (!plan) return refuse(plan.error());
-    if (work.prepared && !plan->scene)  // what came meanwhile must not be undone in its place
+    if (work.prepared && plan->scene != work.prepared)  // what came meanwhile must not be undone in its place
         return refuse({"conflict", command.has_redo() ? "redo" : "undo", "", "the scene was changed meanwhile"});
     if (plan->scene && command.has_base_rev()) {  // it replaces everything, as a load does
         v1::Command load;
@@ -376,13 +376,13 @@ void RenderSession::undo_or_redo(const Work& work) {
         if (const auto refused = changes_.conflict(scene_, load, command.base_rev(), work.session))
             return refuse(*refused);
     }
-    if (plan->scene && plan->scene != work.prepared && make_tables(plan->scene, work)) return;
+    if (plan->scene && !work.prepared && make_tables(plan->scene, work)) return;
     Loaded loaded;
     loaded.opened = plan->scene;
     loaded.targets = std::make_shared<const std::vector<EditTarget>>(plan->targets);
     const Scene before = scene_;
     const Result<Applied> applied = apply(scene_, command, loaded);
-    if (!applied) return replies_.refuse(work, applied.error());
+    if (!applied) return refuse(applied.error());
     forget_left_profiles(before, scene_);
     if (plan->step == fade_step_) fade_ = Fade();
     for (const Edit& edit : undo_.carried_out(work.session, command.has_redo(), *plan, before, scene_))

@@ -145,12 +145,10 @@ Result<bool> StateFile::write_undo(const Waiting& waiting, const std::string& js
     return written;
 }
 
-// Those of scenes that are neither shown nor come back by undo; with_undo: of the latter too. A show that is kept aside
-// may need them.
-void StateFile::drop_scenes(const saved::Show& show, bool with_undo) {
+// Those of scenes that are neither shown nor come back by undo. A show that is kept aside may need them.
+void StateFile::drop_scenes(const saved::Show& show) {
     std::set<std::string> keys{held_key(show)}, names;
-    for (const auto& left : undo_.lefts())
-        if (!with_undo) keys.insert(held_key(left->show()));
+    for (const auto& left : undo_.lefts()) keys.insert(held_key(left->show()));
     if (std::exchange(dropped_for_, keys) == keys) return;
     const fs::path own(path_);
     const std::string begin = own.filename().string() + kSceneEnding, aside = own.filename().string() + ".aside";
@@ -171,19 +169,14 @@ void StateFile::drop_scenes(const saved::Show& show, bool with_undo) {
 bool StateFile::save(const Waiting& waiting, std::int64_t taken_ns, bool complete) {
     saved::Show show = show_of(waiting.scene, texts_);
     show.set_complete(complete);
-    Result<bool> kept = keep_scene(*waiting.scene.asset, show);
-    std::string json = write_show(show);
+    const Result<bool> kept = keep_scene(*waiting.scene.asset, show);
+    const std::string json = write_show(show);
     Result<bool> past = waiting.undo && !json.empty() ? write_undo(waiting, json) : true;
     Result<bool> written = write(json);
     std::error_code failed;
-    if (waiting.undo && (!kept || (!written && past))) {  // there may be room for the show and its scene alone
-        past = !kept ? kept.error() : written.error();
+    if (!written && waiting.undo && past) {  // there may be room for the show alone
         fs::remove(path_ + kUndoNextEnding, failed);
-        drop_scenes(show, true);
-        if (!kept) {
-            kept = keep_scene(*waiting.scene.asset, show);
-            json = write_show(show);
-        }
+        past = written.error();
         written = write(json);
     }
     const std::string error = !written ? written.error().text() : !kept ? kept.error().text() : "";
@@ -200,7 +193,7 @@ bool StateFile::save(const Waiting& waiting, std::int64_t taken_ns, bool complet
         if (!past && past_kept_) spdlog::warn("state: undo is not kept over a restart: {}", past.error().text());
         if (past && !past_kept_) spdlog::info("state: undo is kept again");
         past_kept_ = static_cast<bool>(past);
-        drop_scenes(show, !past);
+        drop_scenes(show);
     }
     news_.put(saving_);
     return kept && written;  // undo is written again with the next change

@@ -70,7 +70,7 @@ private:
     bool keep_left(const SceneAsset& asset, saved::Show& show) const;
     void hand_on_permissions(const std::string& file) const;
     Result<bool> write_undo(const Waiting& waiting, const std::string& json);
-    void drop_scenes(const saved::Show& show, bool with_undo);
+    void drop_scenes(const saved::Show& show);
     Result<bool> write(const std::string& json) const;
 
     std::string path_;

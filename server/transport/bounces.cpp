@@ -176,9 +176,9 @@ void Bounces::take_crowded(bool rests, std::vector<glm::vec4>& out) {
         if (most(sent_[surfels_.all_crowded[n].id]) > bright) numbers.push_back(n);
     if (numbers.empty()) return;
     std::vector<glm::vec4> parts[kParts];
+    for (std::vector<glm::vec4>& part : parts) part.assign(surfels_.count, glm::vec4(0.0f));
     pool_.run(kParts, [&](int part) {
         std::vector<glm::vec4>& sum = parts[part];
-        sum.assign(surfels_.count, glm::vec4(0.0f));
         for (std::size_t k = static_cast<std::size_t>(part); k < numbers.size(); k += kParts) {
             const glm::vec4 sent = sent_[surfels_.all_crowded[numbers[k]].id];
             links_.crowded->each(numbers[k], [&](std::size_t i, float form_factor) { sum[i] += form_factor * sent; });

@@ -52,7 +52,7 @@ SurfelSettings within_bytes(SurfelSettings settings, const trace::Geometry& geom
 }
 
 // What emissive surfaces light is reached from before them. Where there are many, from one in each part of the scene,
-// so that no closed room is left out.
+// so that few closed rooms are left out.
 void add_seeds(const trace::World& world, std::vector<glm::vec3>& seeds) {
     constexpr std::size_t kMost = 512;
     constexpr float kParts = 25.0f;  // along each half of the scene

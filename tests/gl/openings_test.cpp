@@ -129,6 +129,29 @@ double penumbra_m(const Scene& scene, const std::vector<float>& shadowed, const 
     return 1.25 * (at[1] - at[0]);
 }
 
+// A panel of 1 cd/m² half hidden by a board whose edge is parallel to a side: what is left of it is a smaller panel.
+TEST(Openings, MetersInPenumbrasStateTheirError) {
+    Renderer renderer(context(), direct_light());
+    constexpr double h = 2.0, side = 0.6, edge = 0.01;
+    const Scene scene =
+        lamp(cosine_power(side * side, 1.0), "rect 0.6x0.6", h,
+             {{quad({-3, h / 2, edge}, {-3, h / 2, 4}, {3, h / 2, 4}, {3, h / 2, edge}), glm::vec3(0.0f)}});
+    double squares = 0.0, stated = 0.0;
+    for (const double z : {-0.22, -0.15, -0.07, 0.0, 0.033, 0.11, 0.18, 0.25}) {
+        const double seen = 2.0 * edge - z + side / 2,  // of the panel, from its far side
+            expected = parallel_form(side, seen, h, 0.0, z - (seen - side) / 2),
+                     whole = parallel_form(side, side, h, 0.0, z);
+        const auto reading = renderer.meter(scene, {0, 0, z}, {0, 1, 0}, Renderer::MeterQuality::interactive);
+        EXPECT_NEAR(reading.direct_lx(), expected, 3.0 * reading.direct_error_lx()) << z;
+        EXPECT_LT(reading.direct_error_lx(), 0.03 * whole);
+        squares += std::pow(reading.direct_lx() - expected, 2.0), stated += std::pow(reading.direct_error_lx(), 2.0);
+    }
+    EXPECT_GT(squares, 0.05 * stated) << "an estimate, not a bound";
+    const auto lit = renderer.meter(scene, {0, 0, -2}, {0, 1, 0}, Renderer::MeterQuality::interactive);
+    EXPECT_GT(lit.direct_lx(), 0.0);
+    EXPECT_EQ(lit.direct_error_lx(), 0.0);
+}
+
 TEST(Openings, CastPenumbrasAsWideAsTheirSides) {
     Renderer renderer(context(), direct_light());
     make_coarse(renderer);

@@ -1,6 +1,5 @@
 // The default technique's light: the CPU's passes between the G-buffer and the layers (server/lighting).
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <glm/gtc/packing.hpp>
 #include <numbers>
@@ -127,20 +126,20 @@ namespace {
 
 // Level of an opening's parts that a meter sums, with a ray to each: 256 of them, 64 of a line. Nearer than half its
 // longest side less is exact than 0.5 %.
-constexpr unsigned kMeterLevel = 4, kMeterLineLevel = 6;
+constexpr unsigned kMeterLevel = 4, kMeterLineLevel = 6, kMeterPoints = 256;
 
 // Result: where a luminaire's light comes from, world, m.
 std::vector<glm::dvec3> sources_of(const Light& light, const glm::dvec3& position) {
     const ies::Opening opening = opening_of(light);
     std::vector<glm::dvec3> points = opening_parts(opening, kMeterLevel).points;
-    if (points.size() < 256) points = opening_parts(opening, kMeterLineLevel).points;
+    if (points.size() < kMeterPoints) points = opening_parts(opening, kMeterLineLevel).points;
     const glm::dmat3 world_from_light(glm::mat3_cast(light.world_from_light));
     for (glm::dvec3& point : points) point = position + world_from_light * point;
     return points;
 }
 
-// Result: direct illuminance at the point of a meter per candela of the luminaire's peak, rgb, 1/m². Its error is half
-// the difference of two halves of the points, where some of them are hidden.
+// Result: direct illuminance at the point of a meter per candela of the luminaire's peak, rgb, 1/m². Where some of the
+// points are hidden, its error is that of an edge that lies anywhere between two rows of them.
 MeterLight::Direct direct_at_point(const PassContext& context, const Light& light, const LightGpu& gpu) {
     if (!(gpu.web->peak_cd > 0.0f)) return {};
     const Eye& eye = context.eye;
@@ -152,10 +151,9 @@ MeterLight::Direct direct_at_point(const PassContext& context, const Light& ligh
     const double gain = light.sun ? source.gain / peak_of(context, light, gpu) : 1.0;
     const glm::dvec3 off = world_from_light * lifted_off(opening_of(light));
     const std::vector<glm::dvec3> sources = sources_of(light, source.position);
-    glm::dvec3 halves[2]{};
+    glm::dvec3 sum(0.0), whole(0.0);
     glm::vec3 most(0.0f), least(1.0f);  // that passes
-    for (std::size_t i = 0; i < sources.size(); ++i) {
-        const glm::dvec3& at = sources[i];
+    for (const glm::dvec3& at : sources) {
         const glm::dvec3 d = point - at;
         const double d2 = glm::dot(d, d), cosine = -glm::dot(d, normal) / std::sqrt(d2);
         if (!(d2 > 0.0 && cosine > 0.0)) continue;
@@ -169,11 +167,14 @@ MeterLight::Direct direct_at_point(const PassContext& context, const Light& ligh
                                                       : 1.0;
         const glm::vec3 passes = context.traced.transmittance(from, context.traced.local(at + off));
         most = glm::max(most, passes), least = glm::min(least, passes);
-        halves[std::popcount(i) % 2] += glm::dvec3(passes) * (gain * air * ratio * cosine / d2);
+        const double arrives = gain * air * ratio * cosine / d2;
+        sum += glm::dvec3(passes) * arrives, whole += glm::dvec3(arrives);
     }
     const auto count = static_cast<double>(sources.size());
-    MeterLight::Direct found{(halves[0] + halves[1]) / count, glm::dvec3(0.0)};
-    if (sources.size() > 1 && most != least) found.error = glm::abs(halves[0] - halves[1]) / count;
+    // Of an edge that is spread evenly over the width of a row: 1/√12 of it. A line has as many rows as points.
+    const double rows = sources.size() < kMeterPoints ? count : std::sqrt(count);
+    MeterLight::Direct found{sum / count, glm::dvec3(0.0)};
+    if (sources.size() > 1) found.error = whole / count * glm::dvec3(most - least) / (std::sqrt(12.0) * rows);
     return found;
 }
 

@@ -171,7 +171,7 @@ protected:
         stage->take(std::move(work));
         // A scene that comes back goes by way of the loader.
         for (const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-             undoes && !reply.has_result() && std::chrono::steady_clock::now() < until;)
+             undoes && reply.message_case() == 0 && std::chrono::steady_clock::now() < until;)
             if (auto back = queue.pop_for(std::chrono::milliseconds(100))) stage->take(std::move(*back));
         return reply.result().code();
     }
