@@ -18,12 +18,6 @@ using namespace test;
 
 constexpr const char* kSceneEntry = "GeneralSceneDescription.xml";
 
-// Bytes of a file of the shared cases; empty where this machine has none.
-std::string shared_case_bytes(const std::string& name) {
-    const auto folder = shared_formats();
-    return folder ? bytes_of(*folder / ".." / "cases" / name) : "";
-}
-
 std::string spot_text() {
     return "<?xml version=\"1.0\" encoding=\"UTF-8\"?><GeneralSceneDescription verMajor='1' "
            "verMinor='6'><Scene><Layers>"

@@ -12,6 +12,7 @@
 #include "server/scene/orientation.h"
 #include "server/scene/white.h"
 #include "tests/unit/scene/chromaticity.h"
+#include "tests/unit/scene/heard.h"
 #include "tests/unit/scene/mvr_shows.h"
 
 namespace gonio {
@@ -32,20 +33,6 @@ std::shared_ptr<SceneAsset> show_of(const std::string& gdtf) {
     const auto asset = imported(show_mvr(fixture("Spot", kHanging, kPatch), {{"Maker@Head.gdtf", gdtf}}));
     EXPECT_TRUE(asset->patch && check_patch(*asset->patch));
     return asset;
-}
-
-// A scene that has heard these slots of universe 1.
-Scene heard(const std::shared_ptr<SceneAsset>& asset, const std::vector<std::uint8_t>& levels) {
-    Scene scene = scene_of(asset);
-    DmxUniverse universe;
-    DmxSource& source = universe.sources.emplace_back();
-    source.id = 1;
-    source.rank.fill(101);
-    std::ranges::copy(levels, source.levels.begin());
-    PatchReader reader(patch_in_force(scene));
-    const auto values = reader.read({DmxProtocol::sacn, 1}, universe);
-    for (const auto& refused : apply_inputs(scene, commands_of(scene, values))) EXPECT_FALSE(refused);
-    return scene;
 }
 
 // Light is a sum of emitters, each with its share of all luminances: 21.3, 71.5, 7.2 and 100 percent, as the standard

@@ -15,6 +15,7 @@
 #include "server/scene/orientation.h"
 #include "server/scene/white.h"
 #include "tests/unit/scene/chromaticity.h"
+#include "tests/unit/scene/heard.h"
 #include "tests/unit/scene/mvr_shows.h"
 
 namespace gonio {
@@ -40,12 +41,6 @@ std::shared_ptr<SceneAsset> shown_spot(const std::string& gdtf, const std::strin
     return imported(show_mvr(fixture("Spot", "{1,0,0}{0,1,0}{0,0,1}{0,0,3000}", more), files));
 }
 
-// Result: of the public cases; empty where this machine has none.
-std::string case_file(const std::string& name) {
-    const auto folder = shared_formats();
-    return folder ? bytes_of(*folder / ".." / "cases" / name) : "";
-}
-
 // Lux that a light alone gives a floor there, looking up.
 double lux_below(const LightSeed& light, const glm::dvec3& place) {
     const glm::dvec3 away = place - light.position;
@@ -55,18 +50,8 @@ double lux_below(const LightSeed& light, const glm::dvec3& place) {
            std::pow(squared, 1.5);
 }
 
-// A scene that has spot_after these slots of universe 1.
 Light spot_after(const std::shared_ptr<SceneAsset>& asset, const std::vector<std::uint8_t>& levels) {
-    Scene scene = scene_of(asset);
-    DmxUniverse universe;
-    DmxSource& source = universe.sources.emplace_back();
-    source.id = 1;
-    source.rank.fill(101);
-    std::ranges::copy(levels, source.levels.begin());
-    PatchReader reader(patch_in_force(scene));
-    const auto values = reader.read({DmxProtocol::sacn, 1}, universe);
-    for (const auto& refused : apply_inputs(scene, commands_of(scene, values))) EXPECT_FALSE(refused);
-    return scene.lights.at(0);
+    return heard(asset, levels).lights.at(0);
 }
 
 TEST(ImportLight, ARectangleLightsARectangle) {
@@ -79,7 +64,8 @@ TEST(ImportLight, ARectangleLightsARectangle) {
         EXPECT_FALSE(says(scene, "round"));
     };
     check(*shown_spot(type_file({.geometries = beam_text("BeamType='Rectangle' ThrowRatio='1' RectangleRatio='2'")})));
-    if (const std::string file = case_file("12-beam-types/Rectangle.mvr"); !file.empty()) check(*imported(file));
+    if (const std::string file = shared_case_bytes("12-beam-types/Rectangle.mvr"); !file.empty())
+        check(*imported(file));
 }
 
 // L = Φ/(πA) of a disc of BeamRadius, 0.05 m where the file has none.
@@ -91,7 +77,7 @@ TEST(ImportLight, WhatGlowsIsASurface) {
         EXPECT_EQ(light.profile->photometry.opening,
                   (ies::Opening{ies::OpeningShape::ellipse, 0.1 * m, 0.1 * m, 0.0 * m}));
         EXPECT_NEAR(lux_below(light, {3, 0, 0}), 10000 / std::numbers::pi / 18.0 * 0.5, 1.0);
-        if (const std::string file = case_file("12-beam-types/" + std::string(type) + ".mvr"); !file.empty()) {
+        if (const std::string file = shared_case_bytes("12-beam-types/" + std::string(type) + ".mvr"); !file.empty()) {
             EXPECT_NEAR(imported(file)->lights.at(0).profile->peak_cd, 10000 / std::numbers::pi, 1.0);
         }
     }
@@ -117,7 +103,7 @@ TEST(ImportLight, ThePhotometricFileOfABeamCounts) {
     EXPECT_TRUE(says(*missing,
                      "left out: a beam's photometric file is not in the archive: its flux and angles count: "
                      "\"Type: lamp2\""));
-    if (const std::string file = case_file("04-gdtf-photometric-resource/show.mvr"); !file.empty()) {
+    if (const std::string file = shared_case_bytes("04-gdtf-photometric-resource/show.mvr"); !file.empty()) {
         EXPECT_NEAR(lux_below(imported(file)->lights.at(0), {0, 0, 0}), 1000.0, 1.0);
     }
 }
@@ -129,7 +115,8 @@ TEST(ImportLight, ABeamOf360DegreesIsABulb) {
                         flux_lm / (4.0 * std::numbers::pi), 0.1);
     };
     check(*shown_spot(type_file({.geometries = beam_text("BeamAngle='360' FieldAngle='360'")})), 10000);
-    if (const std::string file = case_file("public/beam-angle-360.mvr"); !file.empty()) check(*imported(file), 5000);
+    if (const std::string file = shared_case_bytes("public/beam-angle-360.mvr"); !file.empty())
+        check(*imported(file), 5000);
 }
 
 TEST(ImportLight, AFixtureWithoutABeamHasAGuessedOne) {
@@ -151,7 +138,7 @@ TEST(ImportLight, AFixtureWithoutABeamHasAGuessedOne) {
         shown_spot(type_file({.geometries = head}), kAddressed, {{"Maker@Head.ies", ies::synthetic_lm63("flood")}});
     EXPECT_NEAR(measured->lights.at(0).profile->peak_cd, 2500.0, 1.0);
     EXPECT_FALSE(says(*measured, "guessed: a fixture's type has no beam"));
-    if (const std::string file = case_file("public/capture_demo_show.mvr"); !file.empty()) {
+    if (const std::string file = shared_case_bytes("public/capture_demo_show.mvr"); !file.empty()) {
         const auto capture = imported(file);
         EXPECT_EQ(capture->lights.size(), 76u);
         EXPECT_TRUE(says(*capture, "guessed: a fixture's type has no beam"));
@@ -312,7 +299,8 @@ TEST(ImportLight, AWheelOfColorsIsDriven) {
     check(shown_spot(type_file({.geometries = beam_text(""),
                                 .modes = mode_text("Base", channel_text("Base", "Dimmer", "1") + wheel),
                                 .wheels = slots})));
-    if (const std::string file = case_file("05-colour-wheel-dmx/show.mvr"); !file.empty()) check(imported(file));
+    if (const std::string file = shared_case_bytes("05-colour-wheel-dmx/show.mvr"); !file.empty())
+        check(imported(file));
     // Behind filters they multiply.
     const auto both = shown_spot(type_file({.geometries = beam_text(""),
                                             .modes = mode_text("Base", channel_text("Base", "ColorSub_C", "1") + wheel),
@@ -328,7 +316,7 @@ TEST(ImportLight, TheLampsTemperatureIsTheLights) {
     const auto candle = shown_spot(type_file({.geometries = beam_text("ColorTemperature='1800'")}));
     EXPECT_EQ(candle->lights.at(0).cct_k, 1800.0);
     for (int i = 0; i < 3; ++i) EXPECT_NEAR(candle->lights[0].color[i], 1.0, 1e-9) << "it has no blue";
-    const std::string file = case_file("18-beam-colour-temperature/show.mvr");
+    const std::string file = shared_case_bytes("18-beam-colour-temperature/show.mvr");
     if (file.empty()) GTEST_SKIP() << "the public cases are not on this machine";
     const auto both = imported(file);
     ASSERT_EQ(both->lights.size(), 2u);
@@ -338,7 +326,7 @@ TEST(ImportLight, TheLampsTemperatureIsTheLights) {
 
 // A picture of the show, half of it open.
 TEST(ImportLight, TheShowsOwnGoboIsProjected) {
-    const std::string file = case_file("14-mvr-fixture-gobo/show.mvr");
+    const std::string file = shared_case_bytes("14-mvr-fixture-gobo/show.mvr");
     if (file.empty()) GTEST_SKIP() << "the public cases are not on this machine";
     const auto scene = imported(file);
     ASSERT_EQ(scene->lights.size(), 1u);
@@ -355,7 +343,7 @@ TEST(ImportLight, TheShowsOwnGoboIsProjected) {
 
 // Each attribute drives the light or is named.
 TEST(ImportLight, AttributesThatDriveNothingAreNamed) {
-    const std::string file = case_file("17-colour-attributes/show.mvr");
+    const std::string file = shared_case_bytes("17-colour-attributes/show.mvr");
     if (file.empty()) GTEST_SKIP() << "the public cases are not on this machine";
     const auto scene = imported(file);
     for (const char* attribute : {"HSB_Hue", "HSB_Saturation", "Iris", "Frost1", "Prism1", "Focus1", "Blade1A"})

@@ -68,6 +68,12 @@ inline void expect_near(const glm::dvec3& a, const glm::dvec3& b, double most) {
     EXPECT_NEAR(glm::length(a - b), 0.0, most) << a.x << " " << a.y << " " << a.z;
 }
 
+// Result: bytes of a file of the shared cases; empty where this machine has none.
+inline std::string shared_case_bytes(const std::string& name) {
+    const auto folder = shared_formats();
+    return folder ? bytes_of(*folder / ".." / "cases" / name) : "";
+}
+
 inline const std::string kHanging = "{1,0,0}{0,1,0}{0,0,1}{1000,2000,5000}";
 
 }  // namespace gonio::test
