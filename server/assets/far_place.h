@@ -1,12 +1,11 @@
 // Scenes in survey coordinates, which lie thousands of kilometres from the origin.
 #pragma once
 
+#include "server/scene/farthest.h"
 #include "server/scene/scene.h"
 
 namespace gonio {
 
-// No position beyond this can be set, so a scene that reaches beyond it is brought near.
-inline constexpr double kFarthest_m = 1e6;
 // Single precision has steps at a vertex. Coarser ones than this are said.
 inline constexpr double kCoarsest_m = 0.01;
 

@@ -6,12 +6,12 @@
 #include "protocol/schema/grid.pb.h"
 #include "server/scene/apply_checks.h"
 #include "server/scene/calculation_grid.h"
+#include "server/scene/farthest.h"
 #include "server/scene/target_table.h"
 
 namespace gonio {
 namespace {
 
-constexpr double kFar = 1e6;  // m, as of positions
 constexpr double kLeastEdge_m = 0.01, kMostEdge_m = 1000.0;
 constexpr double kRightAngle = 1e-3;  // cosine that passes for a right angle
 constexpr std::array<std::string_view, 7> kQuantities = {"plane",       "horizontal",    "vertical",        "camera",
@@ -80,9 +80,9 @@ void set_grid(Scene& scene, const v1::Grid& given) {
     const std::string place = "set_grid.grid.";
     v1::Grid grid = given;
     checked_name(grid.name(), place + "name");
-    checked_vector(grid.corner_m(), -kFar, kFar, place + "corner_m");
-    const glm::dvec3 u = checked_vector(grid.u_m(), -kFar, kFar, place + "u_m"),
-                     v = checked_vector(grid.v_m(), -kFar, kFar, place + "v_m");
+    checked_vector(grid.corner_m(), -kFarthest_m, kFarthest_m, place + "corner_m");
+    const glm::dvec3 u = checked_vector(grid.u_m(), -kFarthest_m, kFarthest_m, place + "u_m"),
+                     v = checked_vector(grid.v_m(), -kFarthest_m, kFarthest_m, place + "v_m");
     check_edge(u, grid.u_m(), place + "u_m");
     check_edge(v, grid.v_m(), place + "v_m");
     if (std::abs(glm::dot(u, v)) > kRightAngle * glm::length(u) * glm::length(v))
@@ -128,7 +128,7 @@ void set_observer(Scene& scene, const v1::Observer& given) {
     const std::string place = "set_observer.observer.";
     v1::Observer observer = given;
     checked_name(observer.name(), place + "name");
-    checked_vector(observer.eye_m(), -kFar, kFar, place + "eye_m");
+    checked_vector(observer.eye_m(), -kFarthest_m, kFarthest_m, place + "eye_m");
     const glm::dvec3 direction = checked_direction(observer.direction(), place + "direction");
     if (glm::length(glm::dvec2(direction.x, direction.z)) < 1e-6)
         refuse("invalid_argument", place + "direction", print_all(observer.direction()),

@@ -6,11 +6,10 @@
 
 #include "protocol/schema/grid.pb.h"
 #include "server/scene/cue.h"
+#include "server/scene/farthest.h"
 
 namespace gonio {
 namespace {
-
-constexpr double kFarthest_m = 1e6;  // that commands may set
 
 // Moves positions, and knows whether all of them can be set.
 struct Mover {
