@@ -99,7 +99,7 @@ struct Running {
     AirVolume volume;
     SourceMaps maps;
     std::vector<float> last;  // the newest bounce, three channels; before the first the direct light
-    // Of each sheet of the atlas, luminance times area: all light, the newest bounce and the one before.
+    // Sums of luminance × area over each sheet of the atlas: of all light, of the newest bounce, of the one before it.
     std::vector<double> all_of, last_of, before_of;
     bool done = false;
 };
@@ -308,7 +308,7 @@ struct Bake {
         for (std::size_t k = 0; k < running.all_of.size(); ++k) running.all_of[k] += running.last_of[k];
     }
 
-    // Result: what further bounces can add to light that r of each bounce is left of.
+    // Result: what all further bounces can add, if each keeps the same share r of the one before it: r/(1 − r) × last.
     static double rest_of(double last, double before, double reflects) {
         const double r = std::min(before > 0.0 ? std::max(reflects, last / before) : reflects, kMostReflectance);
         return r / (1.0 - r) * last;

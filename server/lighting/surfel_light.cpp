@@ -182,7 +182,8 @@ void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry&
         direct_at_points({at[0], at[1], at[2], at[3], at[4], at[5]}, std::span(surfels.geometric).subspan(first, count),
                          geometry, light, out.data() + first);
     });
-    // Those that crowd around another luminaire are small for the way from this one: their centres are as good.
+    // Crowded surfels far from this luminaire lie around another one. Light from afar is even over such a small surfel,
+    // so one ray to its centre is enough.
     constexpr float kFarSpacings = 12.0f;
     const float beside_m = light.parts ? light.parts->radius_m : 0.0f;
     std::vector<const transport::Surfels::Crowded*> near;

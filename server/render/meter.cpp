@@ -105,7 +105,8 @@ double transport_variance(const Discrepancy& found, const FrameInputs& inputs, c
     add(screen.light.summed_list.irradiance);
     for (const LightGpu* gpu : inputs.lights) add(gpu->irradiance);
     if (inputs.transport != nullptr && !inputs.transport->emitted.direct.empty()) add(inputs.transport->emitted);
-    // What links do not find is missing in the reading. Where they find nothing at all no walk of light has come.
+    // The reading lacks the light of links that end where no surfel is; the others stand for it. If all links end so,
+    // no walk from a luminaire has reached the place, and it is dark.
     const double missing = found.missing / std::max(1.0 - found.missing, 0.01) * indirect_lx;
     double variance = 0.0;
     for (const double off :

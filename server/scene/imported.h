@@ -28,7 +28,8 @@ struct ImportedLight {
     glm::dvec3 position{0.0};
     glm::dquat world_from_light{1.0, 0.0, 0.0, 0.0};
     std::string rows;  // digest of its rows of the patch; empty: it has none
-    // Of a light that is missing, or was kept beside another file: somebody had given it another profile.
+    // True if somebody had given the light another profile before it went missing, or before it was kept beside another
+    // file.
     bool own_web = false;
     bool gone = false;  // its fixture was in an earlier edition alone
 };

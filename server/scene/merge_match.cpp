@@ -15,7 +15,7 @@ public:
     Matching(const Imported& was, const Imported& now)
         : was_(was), now_(now), taken_(was.lights.size(), false), matches_(now.lights.size()) {}
 
-    // Of several with one key the first goes with the first; where they must be alone, none does.
+    // Several may have the same key. Then they are paired in order, or, where a key must be unique, not at all.
     void by_key(MatchedBy by, bool alone, const KeyOf& key_of) {
         std::map<std::string, std::vector<std::size_t>> before, after;
         for (std::size_t i = 0; i < taken_.size(); ++i)

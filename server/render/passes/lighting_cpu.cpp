@@ -171,7 +171,8 @@ MeterLight::Direct direct_at_point(const PassContext& context, const Light& ligh
         sum += glm::dvec3(passes) * arrives, whole += glm::dvec3(arrives);
     }
     const auto count = static_cast<double>(sources.size());
-    // Of an edge that is spread evenly over the width of a row: 1/√12 of it. A line has as many rows as points.
+    // A shadow's edge lies anywhere between two rows of points, each place as likely: the standard deviation is 1/√12
+    // of a row. The points of a line are its rows.
     const double rows = sources.size() < kMeterPoints ? count : std::sqrt(count);
     MeterLight::Direct found{sum / count, glm::dvec3(0.0)};
     if (sources.size() > 1) found.error = whole / count * glm::dvec3(most - least) / (std::sqrt(12.0) * rows);
