@@ -1,49 +1,96 @@
 #include "server/transport/cell_map.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <span>
 
 namespace gonio::transport {
 namespace {
 
 constexpr std::uint32_t kUnknown = ~0u, kDivided = 1u << 16;
-constexpr float kUndividedRadii = 0.35f;  // smaller ones are never divided
-constexpr float kCellRadii = 0.7f;        // a cell's edge, of the surfels' radius
+constexpr unsigned kValueBits = 17;
+constexpr std::uint64_t kMostCells = std::uint64_t{1} << 46, kProbes = 32;
+constexpr float kMostAlongEdge = 65'536.0f;  // barycentric coordinates of floats tell no more apart
+constexpr float kUndividedRadii = 0.35f;     // smaller ones are never divided
+constexpr float kCellRadii = 0.7f;           // a cell's edge, of the surfels' radius
 
 float longest_edge(const std::array<glm::vec3, 3>& c) {
     return std::max({glm::distance(c[0], c[1]), glm::distance(c[1], c[2]), glm::distance(c[2], c[0])});
 }
 
+std::uint32_t side_of(float edge_m, float cell_m) {
+    return edge_m > cell_m && cell_m > 0.0f
+               ? static_cast<std::uint32_t>(std::min(std::ceil(edge_m / cell_m), kMostAlongEdge))
+               : 1u;
+}
+
+// Result: the edge of cells as large as `cell_m`, or as much larger as it takes for both sides of all triangles to have
+// `most` cells.
+float cells_of(std::span<const float> longest_m, float cell_m, std::uint64_t most) {
+    for (;; cell_m *= 1.5f) {
+        std::uint64_t count = 0;
+        for (const float edge_m : longest_m) {
+            const std::uint64_t side = side_of(edge_m, cell_m);
+            count += 2 * side * side;
+        }
+        if (count <= std::max<std::uint64_t>(most, 2 * longest_m.size()) || !(cell_m > 0.0f)) return cell_m;
+    }
+}
+
+// Where to look for a cell first. Those beside it on the triangle share its cache line.
+std::uint64_t slot_of(std::uint64_t number) {
+    constexpr unsigned kLineBits = 3;
+    return (number >> kLineBits) * 0x9e3779b97f4a7c15u >> 20 << kLineBits | (number & ((1u << kLineBits) - 1));
+}
+
 }  // namespace
 
 CellMap::CellMap(const trace::Geometry& geometry, const Surfels& surfels, std::size_t most_bytes)
-    : geometry_(geometry), surfels_(surfels) {
+    : geometry_(geometry), surfels_(surfels), most_bytes_(most_bytes) {
     const SceneAsset& asset = geometry.asset();
-    std::vector<float> longest;
     for (std::size_t i = 0; i < asset.instances.size(); ++i) {
-        first_triangle_.push_back(static_cast<std::uint32_t>(longest.size()));
+        first_triangle_.push_back(static_cast<std::uint32_t>(longest_m_.size()));
         const Mesh& mesh = asset.meshes[static_cast<std::size_t>(asset.instances[i].mesh)];
         for (std::size_t t = 0; t < mesh.indices.size() / 3; ++t)
-            longest.push_back(longest_edge(geometry.corners(static_cast<int>(i), static_cast<int>(t))));
+            longest_m_.push_back(longest_edge(geometry.corners(static_cast<int>(i), static_cast<int>(t))));
     }
-    const auto side_of = [](float edge, float cell) -> std::uint32_t {
-        return edge > cell && cell > 0.0f ? static_cast<std::uint32_t>(std::min(std::ceil(edge / cell), 4096.0f)) : 1u;
-    };
-    float cell = kCellRadii * surfels.radius_m;
-    for (;; cell *= 1.5f) {
-        std::size_t size = 0;
-        for (const float edge : longest) size += std::size_t{2} * side_of(edge, cell) * side_of(edge, cell);
-        const std::size_t bytes = size * sizeof(std::uint32_t) + longest.size() * sizeof(Triangle);
-        if (bytes <= std::max(most_bytes, kLeastBytesPerTriangle * longest.size())) break;
+    const float cell_m = cells_of(longest_m_, kCellRadii * surfels.radius_m, kMostCells);
+    std::uint64_t cells = 0;
+    triangles_.reserve(longest_m_.size());
+    for (const float edge_m : longest_m_) {
+        const std::uint32_t side = side_of(edge_m, cell_m);
+        triangles_.push_back({cells, side});
+        cells += std::uint64_t{2} * side * side;
     }
-    triangles_.reserve(longest.size());
-    for (const float edge : longest) {
-        const std::uint32_t side = side_of(edge, cell);
-        triangles_.push_back({static_cast<std::uint32_t>(size_), side});
-        size_ += std::size_t{2} * side * side;
+    // Surfels are about as large as four cells, small triangles have one on each side, and the table is to be half
+    // full.
+    constexpr std::uint64_t kEachSurfel = 16, kEachTriangle = 8, kLeast = 1024;
+    const std::uint64_t lit = kEachSurfel * surfels.count + kEachTriangle * triangles_.size(),
+                        wanted = std::max(std::min(2 * cells, lit), kLeast),
+                        most = std::max<std::uint64_t>(most_bytes / sizeof(std::uint64_t), kLeast);
+    mask_ = std::min(std::bit_ceil(wanted), std::bit_floor(most)) - 1;
+    entries_ = std::make_unique<std::atomic<std::uint64_t>[]>(mask_ + 1);
+}
+
+// Result: what was kept of a cell; kUnknown: nothing.
+std::uint32_t CellMap::known(std::uint64_t number) const {
+    for (std::uint64_t k = 0; k < kProbes; ++k) {
+        const std::uint64_t entry = entries_[(slot_of(number) + k) & mask_].load(std::memory_order_relaxed);
+        if (entry >> kValueBits == number + 1) return entry & ((1u << kValueBits) - 1);
+        if (entry == 0) break;
     }
-    cells_ = std::make_unique<std::atomic<std::uint32_t>[]>(size_);
-    for (std::size_t i = 0; i < size_; ++i) cells_[i].store(kUnknown, std::memory_order_relaxed);
+    return kUnknown;
+}
+
+void CellMap::keep(std::uint64_t number, std::uint32_t value) const {
+    for (std::uint64_t k = 0; k < kProbes; ++k) {
+        std::uint64_t there = 0;
+        if (entries_[(slot_of(number) + k) & mask_].compare_exchange_strong(there, (number + 1) << kValueBits | value,
+                                                                            std::memory_order_relaxed) ||
+            there >> kValueBits == number + 1)
+            return;
+    }
 }
 
 std::uint16_t CellMap::surfel_at(unsigned instance, unsigned triangle, float u, float v, bool front) const {
@@ -51,48 +98,48 @@ std::uint16_t CellMap::surfel_at(unsigned instance, unsigned triangle, float u, 
     const auto along = [&](float share) {
         return std::min(static_cast<std::uint32_t>(std::max(share, 0.0f) * static_cast<float>(own.side)), own.side - 1);
     };
-    const std::uint32_t cell = along(v) * own.side + along(u);
-    std::atomic<std::uint32_t>& entry = cells_[own.first + (front ? 0u : own.side * own.side) + cell];
-    std::uint32_t value = entry.load(std::memory_order_relaxed);
+    const std::uint64_t side = own.side, column = along(u), row = along(v),
+                        number = own.first + (front ? 0 : side * side) + row * side + column;
+    std::uint32_t value = known(number);
     if (value == kUnknown) {  // threads that come at once find the same
-        value = fill(instance, triangle, cell, own.side, front);
-        entry.store(value, std::memory_order_relaxed);
+        value = fill({instance, triangle, front, along(u), along(v), own.side});
+        keep(number, value);
     }
     if ((value & kDivided) == 0) return static_cast<std::uint16_t>(value);
     trace::SurfaceHit hit;
     const auto i = static_cast<int>(instance), t = static_cast<int>(triangle);
     if (!geometry_.surface_at(i, t, u, v, front, hit, false)) return static_cast<std::uint16_t>(surfels_.count);
-    const auto known = static_cast<std::uint16_t>(value);
-    if (known < surfels_.count && !surfels_.crowded(known) && surfels_.sees(geometry_, hit, known)) return known;
+    const auto id = static_cast<std::uint16_t>(value);
+    if (id < surfels_.count && !surfels_.crowded(id) && surfels_.sees(geometry_, hit, id)) return id;
     return surfels_.visible_from(geometry_, hit);
 }
 
-std::uint32_t CellMap::fill(unsigned instance, unsigned triangle, std::uint32_t cell, std::uint32_t side,
-                            bool front) const {
-    const auto i = static_cast<int>(instance), t = static_cast<int>(triangle);
-    const std::uint32_t column = cell % side, row = cell / side;
-    const float edge = 1.0f / static_cast<float>(side), u0 = static_cast<float>(column) * edge,
-                v0 = static_cast<float>(row) * edge;
+std::uint32_t CellMap::fill(const Cell& cell) const {
+    const auto i = static_cast<int>(cell.instance), t = static_cast<int>(cell.triangle);
+    const float edge = 1.0f / static_cast<float>(cell.side), u0 = static_cast<float>(cell.column) * edge,
+                v0 = static_cast<float>(cell.row) * edge,
+                edge_m = longest_m_[first_triangle_[cell.instance] + cell.triangle] * edge;
+    const std::uint32_t none = static_cast<std::uint32_t>(surfels_.count) | kDivided;
+    // On a triangle that is too large for its cells they are larger than surfels.
+    if (edge_m > 1.5f * kCellRadii * surfels_.radius_m) return none;
     // A cell on the diagonal is half a square.
     const bool half = u0 + v0 + 1.5f * edge > 1.0f;
     const float middle = (half ? 1.0f / 3.0f : 0.5f) * edge;
     trace::SurfaceHit hit;
-    if (!geometry_.surface_at(i, t, u0 + middle, v0 + middle, front, hit, false)) {
-        return static_cast<std::uint32_t>(surfels_.count) | kDivided;  // a hole in the middle says nothing of the rest
-    }
+    if (!geometry_.surface_at(i, t, u0 + middle, v0 + middle, cell.front, hit, false))
+        return none;  // a hole in the middle says nothing of the rest
     const std::uint16_t id = surfels_.visible_from(geometry_, hit);
-    if (id < surfels_.count && surfels_.crowded(id) &&
-        longest_edge(geometry_.corners(i, t)) * edge > kCellRadii * surfels_.spacing_m[id])
+    if (id < surfels_.count && surfels_.crowded(id) && edge_m > kCellRadii * surfels_.spacing_m[id])
         return id | kDivided;
     // A cell much smaller than a surfel stands for itself.
-    if (longest_edge(geometry_.corners(i, t)) * edge < kUndividedRadii * surfels_.radius_m) return id;
+    if (edge_m < kUndividedRadii * surfels_.radius_m) return id;
     // What stands in the cell hides the surfel from one of its corners, or from its middle alone.
     constexpr float kIn = 0.03f;  // of a cell: corners often lie on the edge of the next wall
     const glm::vec2 corners[4] = {
         {kIn, kIn}, {1.0f - 2.0f * kIn, kIn}, {kIn, 1.0f - 2.0f * kIn}, {1.0f - kIn, 1.0f - kIn}};
     for (int k = 0; k < (half ? 3 : 4); ++k) {
         trace::SurfaceHit corner;
-        if (!geometry_.surface_at(i, t, u0 + corners[k].x * edge, v0 + corners[k].y * edge, front, corner, false))
+        if (!geometry_.surface_at(i, t, u0 + corners[k].x * edge, v0 + corners[k].y * edge, cell.front, corner, false))
             continue;
         if (id == surfels_.count ? surfels_.visible_from(geometry_, corner) != id
                                  : !surfels_.sees(geometry_, corner, id))
@@ -103,26 +150,43 @@ std::uint32_t CellMap::fill(unsigned instance, unsigned triangle, std::uint32_t 
 
 CellMap::Table CellMap::table(Pool& pool) const {
     const auto none = static_cast<std::uint16_t>(surfels_.count);
+    const float cell_m = cells_of(longest_m_, kCellRadii * surfels_.radius_m, most_bytes_ / sizeof(std::uint32_t));
     Table table;
-    table.triangles.resize(triangles_.size());
-    table.cells.assign(size_ + size_ % 2, none);
+    table.triangles.reserve(triangles_.size());
+    std::uint32_t size = 0;
+    for (const float edge_m : longest_m_) {
+        const std::uint32_t side = side_of(edge_m, cell_m);
+        table.triangles.emplace_back(size, side);
+        size += 2 * side * side;
+    }
+    table.cells.assign(size + size % 2, none);
+    // Of several cells of the map that are in one of the table, the first counts.
+    std::vector<std::uint64_t> kept;
+    for (std::uint64_t i = 0; i <= mask_; ++i)
+        if (const std::uint64_t entry = entries_[i].load(std::memory_order_relaxed)) kept.push_back(entry);
+    std::sort(kept.begin(), kept.end());
     const auto set_side = [&](unsigned instance, unsigned triangle, bool front) {
-        const Triangle& own = triangles_[first_triangle_[instance] + triangle];
-        const std::uint32_t side = own.side, first = own.first + (front ? 0u : side * side);
+        const std::uint32_t of = first_triangle_[instance] + triangle, side = table.triangles[of].y,
+                            first = table.triangles[of].x + (front ? 0u : side * side);
+        const std::uint64_t own_side = triangles_[of].side,
+                            own_first = triangles_[of].first + (front ? 0 : own_side * own_side);
         std::vector<bool> known(std::size_t{side} * side, false);
         bool any = false;
         const auto take = [&](std::uint32_t cell, std::uint32_t value) {
-            if (value == kUnknown || (value & ~kDivided) == surfels_.count) return;
+            if (known[cell] || (value & ~kDivided) == surfels_.count) return;
             table.cells[first + cell] = static_cast<std::uint16_t>(value);
             known[cell] = any = true;
         };
-        for (std::uint32_t cell = 0; cell < side * side; ++cell)
-            take(cell, cells_[first + cell].load(std::memory_order_relaxed));
+        for (auto entry = std::lower_bound(kept.begin(), kept.end(), (own_first + 1) << kValueBits);
+             entry != kept.end() && *entry >> kValueBits <= own_first + own_side * own_side; ++entry) {
+            const std::uint64_t number = (*entry >> kValueBits) - 1 - own_first;
+            take(static_cast<std::uint32_t>(number / own_side * side / own_side * side +
+                                            number % own_side * side / own_side),
+                 *entry & ((1u << kValueBits) - 1));
+        }
         if (!any) {  // of the first links few end on the long triangles of a column
-            const std::uint32_t middle = side / 3 * side + side / 3,
-                                value = fill(instance, triangle, middle, side, front);
-            cells_[first + middle].store(value, std::memory_order_relaxed);
-            take(middle, value);
+            const std::uint32_t middle = side / 3;
+            take(middle * side + middle, fill({instance, triangle, front, middle, middle, side}));
         }
         if (!any) return;
         const auto spread = [&](std::uint32_t cell, bool has, std::uint32_t from) {
@@ -146,11 +210,8 @@ CellMap::Table CellMap::table(Pool& pool) const {
     for (unsigned i = 0; i < first_triangle_.size(); ++i) {
         const std::size_t end = i + 1 < first_triangle_.size() ? first_triangle_[i + 1] : triangles_.size();
         pool.run_chunks(end - first_triangle_[i], 64, [&](std::size_t first, std::size_t count) {
-            for (std::size_t t = first; t < first + count; ++t) {
-                const Triangle& own = triangles_[first_triangle_[i] + t];
-                table.triangles[first_triangle_[i] + t] = {own.first, own.side};
+            for (std::size_t t = first; t < first + count; ++t)
                 for (const bool front : {true, false}) set_side(i, static_cast<unsigned>(t), front);
-            }
         });
     }
     return table;

@@ -367,6 +367,34 @@ TEST(Transport, AHousingInALargeSceneHasSurfels) {
     EXPECT_NEAR(made.mean(made.irradiance.indirect), expected, 0.05 * expected);
 }
 
+// A luminaire in the gap of 16 mm between two strips of 30 m, among 200 others: cells as fine as surfels lie apart, on
+// all of them, take terabytes. Links still end at the surfel next to where they meet a strip.
+TEST(Transport, LongTrianglesAreAsFineAsShortOnes) {
+    std::vector<test::Piece> pieces;
+    for (int i = 0; i < 200; ++i) {
+        const double y = 0.016 * i;
+        pieces.push_back({quad({0, y, 30}, {0.2, y, 30}, {0.2, y, 0}, {0, y, 0}), glm::vec3(0.5f)});
+    }
+    const Made made(test::scene_with(pieces, test::isotropic(1.0), {0.1, 0.012, 12.0}), kFew);
+    const Surfels& s = made.surfels();
+    float crowded_m2 = 0.0f, met_m2 = 0.0f;
+    for (const Surfels::Crowded& one : s.all_crowded) {
+        crowded_m2 += s.area_m2[one.id], met_m2 += made.transport->met_m2[one.id];
+        const glm::vec3 p = s.position(one.id);
+        trace::HitPacket hits;
+        std::uint16_t ids[trace::kPacket];
+        const Fan fan = make_fan(p + s.geometric[one.id] * made.geometry->step_off(p), s.normal(one.id),
+                                 s.geometric[one.id], fan_directions(77, 0));
+        const unsigned found = follow(fan, *made.geometry, s, *made.transport->surface->cells, hits, ids);
+        for (int k = 0; k < trace::kPacket; ++k) {
+            if ((found >> k & 1u) == 0 || ids[k] == s.count) continue;
+            EXPECT_LT(glm::distance(fan.rays.at(k, hits.distance[k]), s.position(ids[k])), 1.5f * s.radius_m);
+        }
+    }
+    ASSERT_GT(s.all_crowded.size(), 30u);
+    EXPECT_NEAR(met_m2 / crowded_m2, 1.0f, 0.1f);
+}
+
 // A normal map that tilts the whole floor by 30 degrees: surfels face where the map says.
 TEST(Transport, SurfelsFaceAsNormalMapsSay) {
     Scene scene = test::floor_scene(4.0, 0.8f, test::isotropic(1.0), {0, 1, 0});
