@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "server/scene/apply.h"
 #include "server/trace/sources.h"
@@ -61,6 +62,14 @@ void light_up(const FrameInputs& inputs, std::span<const glm::vec3> per_unit,
     } while (plain.light.resumes);
     transport::radiosity(surfels, 1.0f - plain.light.narrow, plain.light.direct, plain.light.indirect, plain.sent,
                          context.pool);
+    // One bounce more tells what is still to come, of each surfel.
+    const float more = 1.0f / std::max(1.0f - plain.light.solved.rate, 1e-3f);
+    transport::Bounces bounces(surfels, plain.transport->links, plain.light.direct, {}, {},
+                               {transport::kAtRest.links, true, {}}, context.pool);
+    std::vector<glm::vec4> next;
+    bounces.bounce(plain.light.indirect, next);
+    for (std::size_t k = 0; k < surfels.count; ++k) next[k] = more * glm::abs(next[k] - plain.light.indirect[k]);
+    transport::radiosity(surfels, 0.0f, plain.light.direct, next, plain.late, context.pool);
     plain.mean_lx = 0.0;
     for (const glm::vec4& lux : plain.light.indirect)
         plain.mean_lx += trace::luminance(glm::dvec3(lux)) / static_cast<double>(surfels.count);
@@ -125,10 +134,10 @@ struct RaysTo {
         : rays(transport::rays_to_crowded(transport, geometry, at, far)), has(transport.surface->surfels.count, false) {
         for (const transport::ToCrowded& ray : rays) has[ray.surfel] = true;
     }
-    double light_lx(const PlainLight& light) const {
+    double light_lx(std::span<const glm::vec4> sent) const {
         double sum = 0.0;
         for (const transport::ToCrowded& ray : rays)
-            sum += static_cast<double>(ray.form_factor) * trace::luminance(glm::dvec3(light.sent[ray.surfel]));
+            sum += static_cast<double>(ray.form_factor) * trace::luminance(glm::dvec3(sent[ray.surfel]));
         return sum;
     }
 };
@@ -170,8 +179,12 @@ Discrepancy discrepancy_of(const FrameInputs& inputs, const std::shared_ptr<cons
     // Crowded surfels lie twice as far apart in the coarser one.
     const RaysTo fine_rays(*fine, inputs.traced, at, transport::kFarSpacings),
         coarse_rays(*coarse, inputs.traced, at, 0.5f * transport::kFarSpacings);
-    found.difference_lx = coarse_rays.light_lx(kept.coarse) - fine_rays.light_lx(kept.fine);
-    found.mean_difference_lx = std::abs(found.difference_lx);
+    found.difference_lx = coarse_rays.light_lx(kept.coarse.sent) - fine_rays.light_lx(kept.fine.sent);
+    found.late_lx = fine_rays.light_lx(kept.fine.late);
+    found.late_share = static_cast<double>(kept.fine.light.solved.error);
+    // By coarse surfel; all that rays find together, after the others.
+    std::vector<double> patches(coarse->surface->surfels.count + 1, 0.0);
+    patches.back() = found.difference_lx;
     trace::HitPacket hits;
     std::uint16_t coarse_ids[trace::kPacket];
     for (unsigned k = 0; k < kComparedLinks; k += trace::kPacket) {
@@ -180,13 +193,17 @@ Discrepancy discrepancy_of(const FrameInputs& inputs, const std::shared_ptr<cons
         for (unsigned i = 0; i < trace::kPacket; ++i) {
             const std::uint16_t id = links.ids[k + i], coarse_id = coarse_ids[i];
             if (id == surfels.count || coarse_id == coarse->surface->surfels.count) continue;
-            const double off = (coarse_rays.has[coarse_id] ? 0.0 : luminance_of(kept.coarse.sent[coarse_id])) -
-                               (fine_rays.has[id] ? 0.0 : luminance_of(kept.fine.sent[id]));
-            found.difference_lx += off / kComparedLinks;
-            found.mean_difference_lx += std::abs(off) / kComparedLinks;
+            const bool by_rays = fine_rays.has[id], coarse_by_rays = coarse_rays.has[coarse_id];
+            const double off = ((coarse_by_rays ? 0.0 : luminance_of(kept.coarse.sent[coarse_id])) -
+                                (by_rays ? 0.0 : luminance_of(kept.fine.sent[id]))) /
+                               kComparedLinks;
+            found.difference_lx += off;
+            (by_rays || coarse_by_rays ? patches.back() : patches[coarse_id]) += off;
+            if (!by_rays) found.late_lx += luminance_of(kept.fine.late[id]) / kComparedLinks;
         }
     }
     found.difference_lx = std::abs(found.difference_lx);
+    found.patches_lx = std::sqrt(std::inner_product(patches.begin(), patches.end(), patches.begin(), 0.0));
     return found;
 }
 

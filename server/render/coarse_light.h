@@ -16,6 +16,7 @@ struct PlainLight {
     std::shared_ptr<const transport::Transport> transport;  // null: none yet
     transport::Irradiance light;                            // lux
     std::vector<glm::vec4> sent;                            // rho (share × E0 + E), lux
+    std::vector<glm::vec4> late;                            // rho × what the solve has left out of E, lux
     double mean_lx = 0.0;                                   // E of all surfels on the mean
 };
 
@@ -30,10 +31,12 @@ struct CoarseLight {
 
 // What the two lights differ by at a point.
 struct Discrepancy {
-    bool known = false;               // false while the coarse transport is being made
-    double difference_lx = 0.0;       // of the illuminances
-    double mean_difference_lx = 0.0;  // mean absolute difference over the point's links
-    double scene_lx = 0.0;            // mean indirect illuminance of all surfels
+    bool known = false;          // false while the coarse transport is being made
+    double difference_lx = 0.0;  // of the illuminances
+    double patches_lx = 0.0;     // of what each coarse surfel sends to the point, added up as if independent
+    double scene_lx = 0.0;       // mean indirect illuminance of all surfels
+    double late_lx = 0.0;        // what comes to the point of that which the solve has left out
+    double late_share = 0.0;     // Solved::error of the same solve: what late_lx comes from
     // Known at once:
     double missing = 0.0;  // share of the links that meet a surface without a surfel, by albedo
     double dimmed = 0.0;   // share of the links' light that haze takes on its way

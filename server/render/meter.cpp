@@ -87,10 +87,10 @@ void add_light(const FrameInputs& inputs, std::size_t i, const glm::dvec3& point
 // The weights are fitted to the survey of docs/accuracy.md.
 double transport_variance(const Discrepancy& found, const FrameInputs& inputs, const ScreenLight& screen,
                           double indirect_lx) {
-    constexpr double kLeast = 0.0075, kUnknown = 0.05;  // of the light
+    constexpr double kLeast = 0.006, kUnknown = 0.05;  // of the light
     // A share of the scene's mean. Rays and cells are rounded, so a little light leaks into places that are closed off.
     constexpr double kScene = 0.001;
-    constexpr double kDifference = 0.75, kMeanDifference = 0.05;
+    constexpr double kDifference = 0.6, kPatches = 0.2;
     // Left out in haze: what it scatters twice, and what it absorbs on each way between two surfaces. Each order of
     // scattering is about as large a part of the one before; of what goes on, a tenth leaves at least.
     constexpr double kTwice = 0.2, kAgain = 0.9;
@@ -105,13 +105,17 @@ double transport_variance(const Discrepancy& found, const FrameInputs& inputs, c
     add(screen.light.summed_list.irradiance);
     for (const LightGpu* gpu : inputs.lights) add(gpu->irradiance);
     if (inputs.transport != nullptr && !inputs.transport->emitted.direct.empty()) add(inputs.transport->emitted);
+    // Solves end alike. That of the difference knows which surfels lack light; without it, the worst surfel's share
+    // counts.
+    const double late = found.known && found.late_share > 0.0
+                            ? std::max(1.0, unconverged / found.late_share) * found.late_lx
+                            : unconverged * indirect_lx;
     // The reading lacks the light of links that end where no surfel is; the others stand for it. If all links end so,
     // no walk from a luminaire has reached the place, and it is dark.
     const double missing = found.missing / std::max(1.0 - found.missing, 0.01) * indirect_lx;
     double variance = 0.0;
-    for (const double off :
-         {(found.known ? kLeast : kUnknown) * indirect_lx, unconverged * indirect_lx, missing, left_out * indirect_lx,
-          kScene * found.scene_lx, kDifference * found.difference_lx, kMeanDifference * found.mean_difference_lx})
+    for (const double off : {(found.known ? kLeast : kUnknown) * indirect_lx, late, missing, left_out * indirect_lx,
+                             kScene * found.scene_lx, kDifference * found.difference_lx, kPatches * found.patches_lx})
         variance += off * off;
     return variance;
 }

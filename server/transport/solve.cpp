@@ -61,7 +61,7 @@ void solve_positive(const Surfels& surfels, const Links& links, std::span<const 
         const float residual = most_of(step.residual), rate = std::min(iteration.contraction(), slowest);
         light.solved = {before + bounced,
                         residual / std::max(most_of(step.greatest), std::numeric_limits<float>::min()),
-                        step.relative * rate / std::max(1.0f - rate, 1e-3f)};
+                        step.relative * rate / std::max(1.0f - rate, 1e-3f), rate};
         if (!accuracy.rests) {
             if (!(step.change > accuracy.least) || bounced >= accuracy.most) return;
             continue;
@@ -102,7 +102,7 @@ void solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4
     if (!direct.finite || !haze.finite) {  // nothing is shown of it, and the error says so
         light.indirect.assign(surfels.count, glm::vec4(0.0f));
         light.first = light.indirect;
-        light.solved = {0, 0.0f, std::numeric_limits<float>::infinity()};
+        light.solved = {0, 0.0f, std::numeric_limits<float>::infinity(), 0.0f};
         light.converged = accuracy.rests, light.resumes = false;
         return;
     }
@@ -129,9 +129,9 @@ void solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4
         light.first[i] = parts[0].first[i] - parts[1].first[i];
     }
     light.narrow = std::min(parts[0].narrow, parts[1].narrow);
-    light.solved = {parts[0].solved.bounces + parts[1].solved.bounces,
-                    std::max(parts[0].solved.residual, parts[1].solved.residual),
-                    std::max(parts[0].solved.error, parts[1].solved.error)};
+    light.solved = {
+        parts[0].solved.bounces + parts[1].solved.bounces, std::max(parts[0].solved.residual, parts[1].solved.residual),
+        std::max(parts[0].solved.error, parts[1].solved.error), std::max(parts[0].solved.rate, parts[1].solved.rate)};
     light.converged = true, light.resumes = false;
 }
 

@@ -18,6 +18,7 @@ struct Solved {
     float residual = 0.0f;  // max |S + T(rho E) - E| over max E, both over surfels and channels, before the last bounce
     float error = 0.0f;     // estimate of what has not converged, over E: of the worst surfel, except that light below
                             // 1 % of the mean counts as 1 %
+    float rate = 0.0f;      // estimate of what a bounce leaves of the residual, 0 to rho_max
 };
 
 // The light of one luminaire, or of several at once, in any one unit.
