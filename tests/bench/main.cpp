@@ -239,6 +239,8 @@ int main(int argc, char** argv) {
     survey->add_option("--max-albedo", survey_options.max_albedo, "as of goniod, for scene files")
         ->check(CLI::Range(0.0, 1.0))
         ->capture_default_str();
+    survey->add_option("--pictures", survey_options.pictures,
+                       "folder for the live picture and the path tracer's of each scene, .ppm");
     survey->add_option("--device", survey_options.device, "index of the EGL device");
     survey->add_flag("--json", survey_options.json, "print rows as JSON; the table goes to stderr");
     bool machine_json = false;

@@ -1,6 +1,7 @@
 #include "tests/bench/survey.h"
 
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -17,6 +18,7 @@
 #include "server/trace/sampler.h"
 #include "server/trace/sources.h"
 #include "tests/bench/scene_hash.h"
+#include "tests/bench/shown.h"
 #include "tests/scenes/bench_scenes.h"
 #include "tests/scenes/placed.h"
 #include "tests/scenes/random_room.h"
@@ -234,6 +236,33 @@ SurveyRow survey(Renderer& renderer, const std::string& name, Scene scene, const
     return row;
 }
 
+// A name that a file may have.
+std::string file_name_of(std::string name) {
+    for (char& c : name)
+        if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '-';
+    return name;
+}
+
+// Writes what the scene's camera sees, both ways, at an exposure that suits the path tracer's picture.
+void write_pictures(Renderer& renderer, const SurveyRow& row, Scene scene, const SurveyOptions& options) {
+    constexpr unsigned kSamples = 256;
+    constexpr double kMiddle = 100.0 / 12.5 / 0.18 * 0.5;  // half of what is white is the mean
+    const double least_nit = 1e-3 * row.mean_lx;           // a camera in a sealed box sees nothing
+    scene.width_px = 320, scene.height_px = 240;
+    test::renew(scene);
+    const std::vector<float> values = traced(scene, 1, kSamples);
+    double sum_nit = 0.0, covered = 1e-9;
+    for (std::size_t i = 0; i < values.size(); i += 4) {
+        sum_nit += trace::luminance(glm::dvec3(values[i], values[i + 1], values[i + 2]));
+        covered += static_cast<double>(values[i + 3]);
+    }
+    scene.exposure_ev100 = std::log2(kMiddle * std::max({sum_nit / covered, least_nit, 1e-6}));
+    write_ppm(options.pictures, file_name_of(row.name) + "-reference", shown(values, scene));
+    write_ppm(options.pictures, file_name_of(row.name) + "-live",
+              shown(*renderer.capture(scene, View::beauty, scene.width_px, scene.height_px, false, trace::kAllBounces,
+                                      kSamplesPerPixel)));
+}
+
 double median(std::vector<double> values) {
     if (values.empty()) return 0.0;
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -385,8 +414,9 @@ void run_survey(const SurveyOptions& options, std::ostream& out, std::ostream& p
     const auto take = [&](const std::string& name, std::optional<Scene> scene, const std::string& refused) {
         Renderer renderer(*context);
         renderer.set_links(options.links);
-        rows.push_back(scene ? survey(renderer, name, std::move(*scene), options) : SurveyRow{name, refused});
+        rows.push_back(scene ? survey(renderer, name, *scene, options) : SurveyRow{name, refused});
         print(rows.back(), table);
+        if (scene && !options.pictures.empty()) write_pictures(renderer, rows.back(), std::move(*scene), options);
     };
     for (const std::string& file : files) {
         std::string refused;

@@ -20,6 +20,7 @@ struct SurveyOptions {
     unsigned links = transport::kMostLinks;  // of each surfel; as live light at rest has
     double max_albedo = 0.95;
     int device = -1;
+    std::string pictures;  // a folder: of each scene the live picture and the path tracer's, .ppm; empty: none
     bool json = false;
 };
 
