@@ -38,7 +38,7 @@ float cells_of(std::span<const float> longest_m, float cell_m, std::uint64_t mos
     }
 }
 
-// Where to look for a cell first. Those beside it on the triangle share its cache line.
+// Where in the hash table to look for a cell first. Those beside it on the triangle share its cache line.
 std::uint64_t slot_of(std::uint64_t number) {
     constexpr unsigned kLineBits = 3;
     return (number >> kLineBits) * 0x9e3779b97f4a7c15u >> 20 << kLineBits | (number & ((1u << kLineBits) - 1));
@@ -48,6 +48,7 @@ std::uint64_t slot_of(std::uint64_t number) {
 
 CellMap::CellMap(const trace::Geometry& geometry, const Surfels& surfels, std::size_t most_bytes)
     : geometry_(geometry), surfels_(surfels), most_bytes_(most_bytes) {
+    static_assert(sizeof(Triangle) + sizeof(float) == kLeastBytesPerTriangle);
     const SceneAsset& asset = geometry.asset();
     for (std::size_t i = 0; i < asset.instances.size(); ++i) {
         first_triangle_.push_back(static_cast<std::uint32_t>(longest_m_.size()));
@@ -63,20 +64,27 @@ CellMap::CellMap(const trace::Geometry& geometry, const Surfels& surfels, std::s
         triangles_.push_back({cells, side});
         cells += std::uint64_t{2} * side * side;
     }
+    const std::uint64_t taken = kLeastBytesPerTriangle * triangles_.size(),
+                        room = most_bytes > taken ? most_bytes - taken : 0;
+    if (cells * sizeof(own_[0]) <= room) {
+        own_count_ = cells;
+        own_ = std::make_unique<std::atomic<std::uint32_t>[]>(cells);
+        return;
+    }
     // Surfels are about as large as four cells, small triangles have one on each side, and the table is to be half
     // full.
     constexpr std::uint64_t kEachSurfel = 16, kEachTriangle = 8, kLeast = 1024;
     const std::uint64_t lit = kEachSurfel * surfels.count + kEachTriangle * triangles_.size(),
-                        wanted = std::max(std::min(2 * cells, lit), kLeast),
-                        most = std::max<std::uint64_t>(most_bytes / sizeof(std::uint64_t), kLeast);
-    mask_ = std::min(std::bit_ceil(wanted), std::bit_floor(most)) - 1;
-    entries_ = std::make_unique<std::atomic<std::uint64_t>[]>(mask_ + 1);
+                        most = std::max<std::uint64_t>(room / sizeof(hashed_[0]), kLeast);
+    mask_ = std::min(std::bit_ceil(std::max(lit, kLeast)), std::bit_floor(most)) - 1;
+    hashed_ = std::make_unique<std::atomic<std::uint64_t>[]>(mask_ + 1);
 }
 
 // Result: what was kept of a cell; kUnknown: nothing.
 std::uint32_t CellMap::known(std::uint64_t number) const {
+    if (own_) return own_[number].load(std::memory_order_relaxed) - 1;
     for (std::uint64_t k = 0; k < kProbes; ++k) {
-        const std::uint64_t entry = entries_[(slot_of(number) + k) & mask_].load(std::memory_order_relaxed);
+        const std::uint64_t entry = hashed_[(slot_of(number) + k) & mask_].load(std::memory_order_relaxed);
         if (entry >> kValueBits == number + 1) return entry & ((1u << kValueBits) - 1);
         if (entry == 0) break;
     }
@@ -84,25 +92,27 @@ std::uint32_t CellMap::known(std::uint64_t number) const {
 }
 
 void CellMap::keep(std::uint64_t number, std::uint32_t value) const {
+    if (own_) return own_[number].store(value + 1, std::memory_order_relaxed);
     for (std::uint64_t k = 0; k < kProbes; ++k) {
         std::uint64_t there = 0;
-        if (entries_[(slot_of(number) + k) & mask_].compare_exchange_strong(there, (number + 1) << kValueBits | value,
-                                                                            std::memory_order_relaxed) ||
+        if (hashed_[(slot_of(number) + k) & mask_].compare_exchange_strong(there, (number + 1) << kValueBits | value,
+                                                                           std::memory_order_relaxed) ||
             there >> kValueBits == number + 1)
             return;
     }
 }
 
 std::uint16_t CellMap::surfel_at(unsigned instance, unsigned triangle, float u, float v, bool front) const {
-    const Triangle& own = triangles_[first_triangle_[instance] + triangle];
+    const Triangle own = triangles_[first_triangle_[instance] + triangle];
     const auto along = [&](float share) {
-        return std::min(static_cast<std::uint32_t>(std::max(share, 0.0f) * static_cast<float>(own.side)), own.side - 1);
+        return std::min(static_cast<std::uint32_t>(std::max(share, 0.0f) * static_cast<float>(own.side)),
+                        static_cast<std::uint32_t>(own.side - 1));
     };
     const std::uint64_t side = own.side, column = along(u), row = along(v),
                         number = own.first + (front ? 0 : side * side) + row * side + column;
     std::uint32_t value = known(number);
     if (value == kUnknown) {  // threads that come at once find the same
-        value = fill({instance, triangle, front, along(u), along(v), own.side});
+        value = fill({instance, triangle, front, along(u), along(v), static_cast<std::uint32_t>(side)});
         keep(number, value);
     }
     if ((value & kDivided) == 0) return static_cast<std::uint16_t>(value);
@@ -162,8 +172,10 @@ CellMap::Table CellMap::table(Pool& pool) const {
     table.cells.assign(size + size % 2, none);
     // Of several cells of the map that are in one of the table, the first counts.
     std::vector<std::uint64_t> kept;
-    for (std::uint64_t i = 0; i <= mask_; ++i)
-        if (const std::uint64_t entry = entries_[i].load(std::memory_order_relaxed)) kept.push_back(entry);
+    for (std::uint64_t i = 0; i < own_count_; ++i)
+        if (const std::uint32_t value = known(i); value != kUnknown) kept.push_back((i + 1) << kValueBits | value);
+    for (std::uint64_t i = 0; hashed_ && i <= mask_; ++i)
+        if (const std::uint64_t entry = hashed_[i].load(std::memory_order_relaxed)) kept.push_back(entry);
     std::sort(kept.begin(), kept.end());
     const auto set_side = [&](unsigned instance, unsigned triangle, bool front) {
         const std::uint32_t of = first_triangle_[instance] + triangle, side = table.triangles[of].y,

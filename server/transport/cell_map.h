@@ -1,6 +1,6 @@
 // Where on a surface a ray ends -> the surfel that stands for it, by one table read. Every triangle has, on each side,
-// cells in barycentric coordinates, finer than surfels lie apart. Of its many cells light reaches few, so a hash table
-// holds them: a cell is filled when a ray first ends in it. Any thread.
+// cells in barycentric coordinates, finer than surfels lie apart. A cell is filled when a ray first ends in it. Where
+// all cells are too many, a hash table holds those that light reaches. Any thread.
 #pragma once
 
 #include <atomic>
@@ -17,7 +17,7 @@ public:
     // Both outlive it. most_bytes: of the hash table and of Table, each. A cell without room in the hash table is
     // looked up anew by each ray.
     CellMap(const trace::Geometry& geometry, const Surfels& surfels, std::size_t most_bytes);
-    static constexpr std::size_t kLeastBytesPerTriangle = 20;
+    static constexpr std::size_t kLeastBytesPerTriangle = 12;
 
     // Result: the surfel nearest to barycentric (u, v) on the front or the back of a triangle that nothing hides
     // from there; `surfels.count`: none. The same for every point of a cell, unless something stands
@@ -32,13 +32,14 @@ public:
     };
     Table table(Pool& pool) const;
     std::size_t bytes() const {
-        return (mask_ + 1) * sizeof(std::uint64_t) + triangles_.size() * (sizeof(Triangle) + sizeof(float));
+        return own_count_ * sizeof(own_[0]) + (mask_ + 1) * sizeof(hashed_[0]) +
+               triangles_.size() * (sizeof(Triangle) + sizeof(float));
     }
 
 private:
     struct Triangle {
-        std::uint64_t first;  // cell: the front's, then the back's
-        std::uint32_t side;   // cells along each edge
+        std::uint64_t first : 47;  // cell: the front's, then the back's
+        std::uint64_t side : 17;   // cells along each edge
     };
     // A cell of a triangle's front or back.
     struct Cell {
@@ -56,10 +57,13 @@ private:
     std::vector<std::uint32_t> first_triangle_;  // by instance
     std::vector<float> longest_m_;               // edge, by triangle
     std::vector<Triangle> triangles_;
-    std::uint64_t mask_ = 0;
-    // By hash: 1 + the number of a cell and, below it, its value: an id, with kDivided where what is seen differs
-    // within the cell. 0: no cell.
-    std::unique_ptr<std::atomic<std::uint64_t>[]> entries_;
+    // Where all cells fit: of each, 1 + its value, an id, with kDivided where what is seen differs within the cell; 0:
+    // not filled.
+    std::unique_ptr<std::atomic<std::uint32_t>[]> own_;
+    std::size_t own_count_ = 0;
+    // Else, by hash: 1 + the number of a cell and, below it, its value; 0: no cell. mask_ + 1 of them.
+    std::unique_ptr<std::atomic<std::uint64_t>[]> hashed_;
+    std::uint64_t mask_ = ~std::uint64_t{0};
 };
 
 }  // namespace gonio::transport
