@@ -51,7 +51,7 @@ void solve_positive(const Surfels& surfels, const Links& links, std::span<const 
     glm::vec3 bound(std::numeric_limits<float>::infinity());
     if (accuracy.rests) bound = greatest_of(light.first, pool) / glm::max(1.0f - albedo, 1e-3f);
     const unsigned before = light.resumes ? light.solved.bounces : 0;
-    FixedPoint iteration(light.indirect, bound, kColumns, pool);
+    FixedPoint iteration(light.indirect, bound, accuracy.rests ? kColumns : 0, pool);
     const float slowest = most_of(albedo), halfway = std::pow(slowest, 0.5f * static_cast<float>(kWatched));
     float watched = std::numeric_limits<float>::infinity();  // the residual kWatched bounces ago
     light.converged = light.resumes = false;
