@@ -100,7 +100,7 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
 }
 
 void direct_at_points(const Points& points, std::span<const glm::vec3> geometric, const trace::Geometry& geometry,
-                      const DirectLight& light, float* out) {
+                      const DirectLight& light, float* out, std::span<const std::uint8_t> left_out) {
     // A luminaire on a surface does not light what it is mounted on, nor is it hidden by it.
     constexpr float kStart = 1e-5f;
     direct_points(light, points, (geometric.size() + kSimdWidth - 1) / kSimdWidth * kSimdWidth, out);
@@ -114,7 +114,7 @@ void direct_at_points(const Points& points, std::span<const glm::vec3> geometric
     };
     trace::ShadowRays<std::size_t, decltype(take)> rays(geometry, take);
     for (std::size_t i = 0; i < geometric.size(); ++i) {
-        if (!(out[i] > 0.0f)) continue;
+        if (!(out[i] > 0.0f) || (!left_out.empty() && left_out[i] != 0)) continue;
         const glm::vec3 p(points.x[i], points.y[i], points.z[i]);
         const glm::vec3 from = p + geometric[i] * (4.0f * geometry.step_off(p));
         // Rays to an opening: to a point of it each, or to four where it is near.
@@ -161,7 +161,7 @@ void LinkEnds::each(const transport::Transport::Surface& surface, const EndLight
     for (auto& values : points) values.resize(direct.size(), 0.0f);
     for (std::size_t k = 0; k < normal.size() && surfels.detailed; ++k)
         for (std::size_t axis = 0; axis < 3; ++axis) points[axis + 3][k] = surfels.facing[axis][surfel[k]];
-    direct_at_points(points_at(points, 0), normal, *surface.geometry, light.light, direct.data());
+    direct_at_points(points_at(points, 0), normal, *surface.geometry, light.light, direct.data(), {});
     for (std::size_t k = 0; k < normal.size(); ++k) {
         glm::vec3 sum(light.narrow * (1.0f - vpl_share(length_m[k], surfels.radius_m)) * direct[k]);
         if (length_m[k] < kExactRadii * surfels.radius_m)
@@ -175,22 +175,23 @@ void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry&
     constexpr std::size_t kChunk = 512, kCells = kChunk / transport::kCellPoints;
     static_assert(kChunk % kSimdWidth == 0 && kSimdWidth == transport::kPadding);
     out.resize(surfels.points[0].size());
-    pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t count) {
-        const float* at[6];
-        for (std::size_t k = 0; k < 3; ++k)
-            at[k] = surfels.points[k].data() + first, at[k + 3] = surfels.facing[k].data() + first;
-        direct_at_points({at[0], at[1], at[2], at[3], at[4], at[5]}, std::span(surfels.geometric).subspan(first, count),
-                         geometry, light, out.data() + first);
-    });
     // Crowded surfels far from this luminaire lie around another one. Light from afar is even over such a small surfel,
     // so one ray to its centre is enough.
     constexpr float kFarSpacings = 12.0f;
     const float beside_m = light.parts ? light.parts->radius_m : 0.0f;
     std::vector<const transport::Surfels::Crowded*> near;
+    std::vector<std::uint8_t> by_points(surfels.count, 0);
     for (const transport::Surfels::Crowded& one : surfels.all_crowded)
         if (!light.sun && glm::distance(surfels.position(one.id), light.position) - beside_m <
                               kFarSpacings * surfels.spacing_m[one.id])
-            near.push_back(&one);
+            near.push_back(&one), by_points[one.id] = 1;
+    pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t count) {
+        const float* at[6];
+        for (std::size_t k = 0; k < 3; ++k)
+            at[k] = surfels.points[k].data() + first, at[k + 3] = surfels.facing[k].data() + first;
+        direct_at_points({at[0], at[1], at[2], at[3], at[4], at[5]}, std::span(surfels.geometric).subspan(first, count),
+                         geometry, light, out.data() + first, std::span(by_points).subspan(first, count));
+    });
     pool.run_chunks(near.size(), kCells, [&](std::size_t first, std::size_t count) {
         std::array<std::array<float, kChunk>, 6> at{};
         std::array<float, kChunk> direct{};
@@ -205,7 +206,7 @@ void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry&
             }
             geometric[i] = surfels.geometric[id];
         }
-        direct_at_points(points_at(at.data(), 0), geometric, geometry, light, direct.data());
+        direct_at_points(points_at(at.data(), 0), geometric, geometry, light, direct.data(), {});
         for (const transport::Surfels::Crowded* one : some) out[one->id] = 0.0f;
         for (std::size_t i = 0; i < geometric.size(); ++i) {
             const auto& [id, points] = *some[i / transport::kCellPoints];

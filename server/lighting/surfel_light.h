@@ -19,10 +19,11 @@ namespace gonio::lighting {
 void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry& geometry, const DirectLight& light,
                        std::vector<float>& out, Pool& pool);
 
-// The same at some points, whose arrays end on whole vectors of kSimdWidth and their results too. geometric: normals of
-// the surfaces that they lie on, unit. Any thread.
+// The same at some points. Their arrays and the results end on whole vectors of kSimdWidth. Of the surfaces,
+// `geometric` has the unit normals. Points marked in `left_out` get no ray, and their results mean nothing; empty: all
+// get one. Any thread.
 void direct_at_points(const Points& points, std::span<const glm::vec3> geometric, const trace::Geometry& geometry,
-                      const DirectLight& light, float* out);
+                      const DirectLight& light, float* out, std::span<const std::uint8_t> left_out);
 
 // Links see the light of surfels; those that end nearby take a luminaire's direct light where they end.
 struct EndLight {
