@@ -71,8 +71,7 @@ CellMap::CellMap(const trace::Geometry& geometry, const Surfels& surfels, std::s
         own_ = std::make_unique<std::atomic<std::uint32_t>[]>(cells);
         return;
     }
-    // Surfels are about as large as four cells, small triangles have one on each side, and the table is to be half
-    // full.
+    // Surfels are as large as four cells, small triangles have one on each side, and the table is to be half full.
     constexpr std::uint64_t kEachSurfel = 16, kEachTriangle = 8, kLeast = 1024;
     const std::uint64_t lit = kEachSurfel * surfels.count + kEachTriangle * triangles_.size(),
                         most = std::max<std::uint64_t>(room / sizeof(hashed_[0]), kLeast);
@@ -197,8 +196,10 @@ CellMap::Table CellMap::table(Pool& pool) const {
                  *entry & ((1u << kValueBits) - 1));
         }
         if (!any) {  // of the first links few end on the long triangles of a column
-            const std::uint32_t middle = side / 3;
-            take(middle * side + middle, fill({instance, triangle, front, middle, middle, side}));
+            trace::SurfaceHit middle;
+            if (geometry_.surface_at(static_cast<int>(instance), static_cast<int>(triangle), 1.0f / 3.0f, 1.0f / 3.0f,
+                                     front, middle, false))
+                take(side / 3 * side + side / 3, surfels_.visible_from(geometry_, middle));
         }
         if (!any) return;
         const auto spread = [&](std::uint32_t cell, bool has, std::uint32_t from) {

@@ -14,8 +14,8 @@ namespace gonio::transport {
 
 class CellMap {
 public:
-    // Both outlive it. most_bytes: of the hash table and of Table, each. A cell without room in the hash table is
-    // looked up anew by each ray.
+    // Both outlive it. most_bytes: of the cells, and again of Table. A cell that finds no room is looked up anew by
+    // each ray.
     CellMap(const trace::Geometry& geometry, const Surfels& surfels, std::size_t most_bytes);
     static constexpr std::size_t kLeastBytesPerTriangle = 12;
 
