@@ -62,17 +62,21 @@ void light_up(const FrameInputs& inputs, std::span<const glm::vec3> per_unit,
     } while (plain.light.resumes);
     transport::radiosity(surfels, 1.0f - plain.light.narrow, plain.light.direct, plain.light.indirect, plain.sent,
                          context.pool);
-    // One bounce more tells what is still to come, of each surfel.
-    const float more = 1.0f / std::max(1.0f - plain.light.solved.rate, 1e-3f);
-    transport::Bounces bounces(surfels, plain.transport->links, plain.light.direct, {}, {},
-                               {transport::kAtRest.links, true, {}}, context.pool);
-    std::vector<glm::vec4> next;
-    bounces.bounce(plain.light.indirect, next);
-    for (std::size_t k = 0; k < surfels.count; ++k) next[k] = more * glm::abs(next[k] - plain.light.indirect[k]);
-    transport::radiosity(surfels, 0.0f, plain.light.direct, next, plain.late, context.pool);
     plain.mean_lx = 0.0;
     for (const glm::vec4& lux : plain.light.indirect)
         plain.mean_lx += trace::luminance(glm::dvec3(lux)) / static_cast<double>(surfels.count);
+}
+
+// Fills PlainLight::late of light that is solved: one bounce more tells what each surfel still lacks.
+void find_late(PlainLight& plain, Pool& pool) {
+    const transport::Surfels& surfels = plain.transport->surface->surfels;
+    const float more = 1.0f / std::max(1.0f - plain.light.solved.rate, 1e-3f);
+    transport::Bounces bounces(surfels, plain.transport->links, plain.light.direct, {}, {},
+                               {transport::kAtRest.links, true, {}}, pool);
+    std::vector<glm::vec4> lacks;
+    bounces.bounce(plain.light.indirect, lacks);
+    for (std::size_t k = 0; k < surfels.count; ++k) lacks[k] = more * glm::abs(lacks[k] - plain.light.indirect[k]);
+    transport::radiosity(surfels, 0.0f, plain.light.direct, lacks, plain.late, pool);
 }
 
 // How many surfaces light meets on the mean before it is absorbed, or leaves: `met` of it meets a further one.
@@ -169,6 +173,7 @@ Discrepancy discrepancy_of(const FrameInputs& inputs, const std::shared_ptr<cons
     if (kept.scene_rev != inputs.scene.scene_rev || kept.per_unit != per_unit || kept.fine.transport != fine ||
         kept.coarse.transport != coarse) {
         light_up(inputs, per_unit, fine, true, kept.fine);
+        find_late(kept.fine, inputs.context().pool);
         light_up(inputs, per_unit, coarse, false, kept.coarse);
         kept.scene_rev = inputs.scene.scene_rev;
         kept.per_unit = std::move(per_unit);

@@ -16,8 +16,8 @@ struct PlainLight {
     std::shared_ptr<const transport::Transport> transport;  // null: none yet
     transport::Irradiance light;                            // lux
     std::vector<glm::vec4> sent;                            // rho (share × E0 + E), lux
-    std::vector<glm::vec4> late;                            // rho × what the solve has left out of E, lux
-    double mean_lx = 0.0;                                   // E of all surfels on the mean
+    std::vector<glm::vec4> late;  // rho × what the solve has left out of E, lux; of `fine` alone
+    double mean_lx = 0.0;         // E of all surfels on the mean
 };
 
 // Kept from one meter to the next, because it costs as much as a frame.
