@@ -111,7 +111,7 @@ std::uint16_t CellMap::surfel_at(unsigned instance, unsigned triangle, float u, 
                         number = own.first + (front ? 0 : side * side) + row * side + column;
     std::uint32_t value = known(number);
     if (value == kUnknown) {  // threads that come at once find the same
-        value = fill({instance, triangle, front, along(u), along(v), static_cast<std::uint32_t>(side)});
+        value = fill({instance, triangle, front, along(u), along(v)});
         keep(number, value);
     }
     if ((value & kDivided) == 0) return static_cast<std::uint16_t>(value);
@@ -125,9 +125,10 @@ std::uint16_t CellMap::surfel_at(unsigned instance, unsigned triangle, float u, 
 
 std::uint32_t CellMap::fill(const Cell& cell) const {
     const auto i = static_cast<int>(cell.instance), t = static_cast<int>(cell.triangle);
-    const float edge = 1.0f / static_cast<float>(cell.side), u0 = static_cast<float>(cell.column) * edge,
-                v0 = static_cast<float>(cell.row) * edge,
-                edge_m = longest_m_[first_triangle_[cell.instance] + cell.triangle] * edge;
+    const std::uint32_t triangle = first_triangle_[cell.instance] + cell.triangle;
+    const float edge = 1.0f / static_cast<float>(triangles_[triangle].side),
+                u0 = static_cast<float>(cell.column) * edge, v0 = static_cast<float>(cell.row) * edge,
+                edge_m = longest_m_[triangle] * edge;
     const std::uint32_t none = static_cast<std::uint32_t>(surfels_.count) | kDivided;
     // On a triangle that is too large for its cells they are larger than surfels.
     if (edge_m > 1.5f * kCellRadii * surfels_.radius_m) return none;
@@ -169,13 +170,13 @@ CellMap::Table CellMap::table(Pool& pool) const {
         size += 2 * side * side;
     }
     table.cells.assign(size + size % 2, none);
-    // Of several cells of the map that are in one of the table, the first counts.
+    // The map's filled cells by number, in order. If a cell of the table covers several of them, it takes the first.
     std::vector<std::uint64_t> kept;
     for (std::uint64_t i = 0; i < own_count_; ++i)
         if (const std::uint32_t value = known(i); value != kUnknown) kept.push_back((i + 1) << kValueBits | value);
     for (std::uint64_t i = 0; hashed_ && i <= mask_; ++i)
         if (const std::uint64_t entry = hashed_[i].load(std::memory_order_relaxed)) kept.push_back(entry);
-    std::sort(kept.begin(), kept.end());
+    if (hashed_) std::sort(kept.begin(), kept.end());
     const auto set_side = [&](unsigned instance, unsigned triangle, bool front) {
         const std::uint32_t of = first_triangle_[instance] + triangle, side = table.triangles[of].y,
                             first = table.triangles[of].x + (front ? 0u : side * side);

@@ -23,9 +23,10 @@ public:
     // from there; `surfels.count`: none. The same for every point of a cell, unless something stands
     // in the cell or surfels lie closer together there.
     std::uint16_t surfel_at(unsigned instance, unsigned triangle, float u, float v, bool front) const;
-    // What shaders read in its place: ids by cell, `surfels.count` none. Where all cells do not fit they are larger,
-    // down to one a triangle and side. Cells that no ray has ended in yet take after those next to them; of a side that
-    // no ray has ended on, the middle one is filled. A cell in which what is seen differs has the surfel of its middle.
+    // The table that shaders read in place of surfel_at(). It holds the surfel of every cell, or `surfels.count` for
+    // none. If all cells do not fit in most_bytes, the table's cells are larger than the map's, down to one for each
+    // side of a triangle. A cell that no ray has ended in copies its neighbour. On a side that no ray has ended on, all
+    // cells get the surfel at its middle. A cell that several surfels share gets the one at the cell's middle.
     struct Table {
         std::vector<glm::uvec2> triangles;  // first cell, cells along each edge; the back's follow the front's
         std::vector<std::uint16_t> cells;   // v × that + u
@@ -45,7 +46,7 @@ private:
     struct Cell {
         unsigned instance, triangle;
         bool front;
-        std::uint32_t column, row, side;
+        std::uint32_t column, row;
     };
     std::uint32_t known(std::uint64_t number) const;
     void keep(std::uint64_t number, std::uint32_t value) const;
@@ -57,11 +58,12 @@ private:
     std::vector<std::uint32_t> first_triangle_;  // by instance
     std::vector<float> longest_m_;               // edge, by triangle
     std::vector<Triangle> triangles_;
-    // Where all cells fit: of each, 1 + its value, an id, with kDivided where what is seen differs within the cell; 0:
-    // not filled.
+    // The value of a cell is a surfel's id. kDivided is added if rays that end in the cell must look for the surfel
+    // themselves. If all cells fit in most_bytes, own_ holds each cell's value + 1, or 0 until the cell is filled.
     std::unique_ptr<std::atomic<std::uint32_t>[]> own_;
     std::size_t own_count_ = 0;
-    // Else, by hash: 1 + the number of a cell and, below it, its value; 0: no cell. mask_ + 1 of them.
+    // If they do not fit, hashed_ is a hash table of the filled cells, with mask_ + 1 entries. The high bits of an
+    // entry hold the cell's number + 1, its low kValueBits bits the value. An empty entry is 0.
     std::unique_ptr<std::atomic<std::uint64_t>[]> hashed_;
     std::uint64_t mask_ = ~std::uint64_t{0};
 };
