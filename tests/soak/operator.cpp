@@ -52,9 +52,24 @@ void Operator::send(const v1::Command& command) {
     say(message);
 }
 
+void Operator::Asked::hear() {
+    const auto now = Clock::now();
+    silent_ms = std::max(silent_ms, std::chrono::duration<double, std::milli>(now - heard).count());
+    heard = now;
+}
+
+std::chrono::milliseconds Operator::longest_silence() const {
+    auto first = Clock::now();
+    for (const auto& [id, asked] : waiting_) first = std::min(first, asked.heard);
+    return std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - first);
+}
+
 void Operator::take(const std::string& payload) {
     auto message = decode_server_message(Encoding::proto, std::string_view(payload).substr(payload.empty() ? 0 : 1));
     if (!message) throw std::runtime_error("the server sent something that cannot be decoded");
+    if (message->has_progress())
+        if (const auto asked = waiting_.find(message->progress().request()); asked != waiting_.end())
+            asked->second.hear();
     if (message->request_id() == 0) return;
     ++answered_;
     if (message->request_id() == reply_to_) reply_ = *message;
@@ -63,10 +78,10 @@ void Operator::take(const std::string& payload) {
     const bool refused = message->has_result() && message->result().code() != "ok";
     const std::string why =
         refused ? message->result().code() + ": " + message->result().message() + " (" + asked->second.text + ")" : "";
+    asked->second.hear();
     if (asked->second.kind >= 0)
-        answers_.push_back({asked->second.kind,
-                            std::chrono::duration<double, std::milli>(Clock::now() - asked->second.at).count(),
-                            refused ? message->result().code() : "ok", why});
+        answers_.push_back(
+            {asked->second.kind, asked->second.silent_ms, refused ? message->result().code() : "ok", why});
     else if (refused)
         refusals_.push_back(why);
     if (message->has_result()) newest_rev_ = std::max(newest_rev_, message->result().scene_rev());

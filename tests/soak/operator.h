@@ -18,8 +18,8 @@ namespace gonio::soak {
 
 // What came of a request, for whoever wants to know each one.
 struct Answer {
-    int kind = 0;  // as the request was given
-    double ms = 0;
+    int kind = 0;                   // as the request was given
+    double silent_ms = 0;           // the longest time without a word: neither progress nor the answer
     std::string code = "ok", text;  // of a refusal: what the server says, and what was asked
 };
 
@@ -39,6 +39,8 @@ public:
     void listen();
     // Waits for all answers. Result: false where one is missing after that time.
     bool settle(std::chrono::milliseconds time);
+    // Result: for how long the server has said nothing of a request that waits, neither progress nor an answer.
+    std::chrono::milliseconds longest_silence() const;
     // Result: what is not answered yet, the first of it; empty: all is.
     std::string waits_for() const { return waiting_.empty() ? "" : waiting_.begin()->second.text; }
     // Asks and waits for the answer to this.
@@ -53,8 +55,10 @@ private:
     static constexpr std::size_t kMostAsked = 8;
     struct Asked {
         std::string text;
-        int kind = -1;  // a command of send()
-        conformance::Clock::time_point at = conformance::Clock::now();
+        int kind = -1;                                                     // a command of send()
+        conformance::Clock::time_point heard = conformance::Clock::now();  // asked, or told of progress
+        double silent_ms = 0;                                              // the longest time up to then
+        void hear();
     };
     void say(const v1::ClientMessage& message);
     void take(const std::string& payload);
