@@ -60,6 +60,9 @@ struct CaptureJob {
 // Result: a reading of these lux, rgb; errors, samples and bounces are its maker's. Any thread.
 v1::MeterReading lux_reading(const glm::dvec3& point_m, const glm::dvec3& direct_lx, const glm::dvec3& indirect_lx);
 
+// part: light after bounces comes from fewer links than there are to be, with a larger stated error.
+enum class Readiness : std::uint8_t { none, part, all };
+
 class LiveRenderer {
 public:
     virtual ~LiveRenderer() = default;
@@ -88,8 +91,8 @@ public:
     // Whether the newest live frame is all there is to come of its scene: else one more frame of the same scene shows
     // more of it.
     virtual bool settled() const = 0;
-    // Whether captures and meters of this scene can be made, of all the light there is to be; begins what that needs.
-    virtual bool ready(const Scene& scene) = 0;
+    // Result: how much of the scene's light captures and meters would hold by now. Begins what is missing.
+    virtual Readiness ready(const Scene& scene) = 0;
     // Captures and meters wait for scenes of these assets. What ready() has begun for them is kept while another scene
     // is shown; what it began for others is given up. By default there are none.
     virtual void set_awaited(const std::vector<const SceneAsset*>& assets) = 0;

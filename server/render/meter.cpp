@@ -173,7 +173,7 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
         if (!rsm && transport_) {
             if (!coarse_) coarse_ = std::make_unique<CoarseLight>();
             const Discrepancy found =
-                discrepancy_of(inputs, transport_, seeds_, surfels_, !transport_beside_, *coarse_);
+                discrepancy_of(inputs, transport_, own_->seeds, own_->surfels, !transport_beside_, *coarse_);
             sums.variance += transport_variance(found, inputs, screen, reading.indirect_lx());
         }
         reading.set_indirect_error_lx(std::sqrt(sums.variance));

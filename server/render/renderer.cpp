@@ -159,7 +159,7 @@ bool Renderer::refine(const Scene& asked, const std::function<bool()>& interrupt
         execute(passes, wanted, pass_cache_);
         return continue_antialias(inputs.context(), *live_screen_, interrupted);
     }
-    if (!builder_->done()) {  // another generation will come: nothing is worth tracing twice
+    if (!own_->builder->done()) {  // another generation will come: nothing is worth tracing twice
         std::this_thread::sleep_for(std::chrono::milliseconds(interrupted() ? 0 : 4));
         return newer_transport();
     }
@@ -196,7 +196,7 @@ bool Renderer::refined(const Scene& asked) {
     const Scene& scene = other ? *other : asked;
     if (scene.technique != Technique::standard || !refines_) return true;
     prepare(scene, true);
-    if (!builder_->done() || newer_transport() || !in_sum_.empty()) return false;
+    if (!own_->builder->done() || newer_transport() || !in_sum_.empty()) return false;
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
     const FrameInputs inputs = inputs_of(scene, live_, *live_screen_, eye);
     const PassContext context = inputs.context();
@@ -228,7 +228,7 @@ v1::FrameReport Renderer::run(const FrameInputs& inputs, std::vector<SlotRef> wa
     const bool seed = inputs.scene.technique != Technique::standard;
     const bool all = !inputs.merged && (seed || outdated(build_pipeline(inputs), wanted, pass_cache_).empty());
     if (inputs.target.id == live_.id) settled_ = all;
-    report.set_settled(all && (seed || !builder_ || builder_->done()));
+    report.set_settled(all && (seed || !own_ || own_->builder->done()));
     return report;
 }
 

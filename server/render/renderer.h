@@ -2,12 +2,14 @@
 // only.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <functional>
 #include <map>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "protocol/schema/report.pb.h"
@@ -40,6 +42,19 @@ struct MaterialTable;
 
 // Positions where luminaires or eyes came later and that walks for surfels begin at too: of a scene.
 inline constexpr std::size_t kMostLaterSeeds = 8;
+
+// The light paths of a scene as far as they are made, and what they are made of. Of one that is shown, and one each
+// that captures and meters wait for. Of more one goes that is neither.
+inline constexpr std::size_t kMostKnownTransports = 3;
+struct SceneTransport {
+    std::shared_ptr<const SceneAsset> asset;
+    std::shared_ptr<const trace::Geometry> traced;
+    transport::SurfelSettings surfels;
+    unsigned links = 0;            // at most, of each surfel
+    bool cells = false;            // transport::Transport::cells is asked for
+    std::vector<glm::vec3> seeds;  // where walks for surfels begin, or are to begin anew
+    std::shared_ptr<transport::Builder> builder;
+};
 
 class Renderer final : public LiveRenderer {
 public:
@@ -78,7 +93,7 @@ public:
     // Result: likewise what haze shows of luminaires, cd/m².
     std::vector<glm::vec3> live_beams(const Scene& scene);
     bool settled() const override { return settled_ && !newer_transport(); }
-    bool ready(const Scene& scene) override;
+    Readiness ready(const Scene& scene) override;
     void set_awaited(const std::vector<const SceneAsset*>& assets) override { awaited_ = assets; }
     // From now on the transport of a scene is made beside frames, by threads that yield to everything else; before, the
     // first frame of a scene waits for it.
@@ -117,6 +132,10 @@ private:
     void prepare_drawn(bool clustered);  // clustered: the CPU draws it too, for rays and for edges
     void prepare_target(const Scene& scene);
     void prepare_transport(const Scene& scene);
+    void begin_transport(SceneTransport& made) const;
+    std::shared_ptr<SceneTransport> known_transport(const Scene& scene) const;
+    std::shared_ptr<SceneTransport> transport_of(const Scene& scene);
+    bool looked_at(const Scene& scene);
     v1::FrameReport run(const FrameInputs& inputs, std::vector<SlotRef> wanted, Timers& timers);
     bool continue_first_bounces(CaptureJob& job, const FrameInputs& inputs);
     void choose_layers(FrameInputs& inputs);
@@ -125,7 +144,10 @@ private:
     FrameInputs inputs_of(const Scene& scene, const Target& target, ScreenLight& screen, const Eye& eye);
 
     bool gathers(const Scene& scene) const;
-    bool newer_transport() const { return builder_ && builder_->newest() && builder_->newest() != transport_; }
+    bool newer_transport() const {
+        const auto newest = own_ ? own_->builder->newest() : nullptr;
+        return newest && newest != transport_;
+    }
 
     const bool direct_by_rays_;
     std::vector<const SceneAsset*> awaited_;
@@ -137,11 +159,11 @@ private:
     std::map<std::uint32_t, LightGpu> lights_;  // by Light::id
     std::map<const Profile*, std::weak_ptr<const WebGpu>> webs_;
     std::shared_ptr<const trace::Geometry> traced_;
-    std::shared_ptr<transport::Builder> builder_;  // of `traced_`
-    std::vector<glm::vec3> seeds_;                 // that it began with, and points it is to begin anew with
-    Revision seeded_rev_ = 0;                      // of the scene whose positions were looked at
-    std::vector<glm::dvec3> fixed_seeds_;          // of fix_transport(); empty: those of the scene that is shown
-    bool fixed_narrow_ = false;                    // likewise
+    std::shared_ptr<SceneTransport> own_;  // of `traced_`; null until it is asked for
+    std::vector<glm::dvec3> fixed_seeds_;  // of fix_transport(); empty: those of the scene that is shown
+    bool fixed_narrow_ = false;            // likewise
+    // Scenes whose positions were compared with the seeds of their transports; the newest last.
+    std::array<std::pair<const SceneAsset*, Revision>, kMostKnownTransports> looked_{};
     transport::SurfelSettings surfels_;
     unsigned links_ = transport::kMostForwardLinks;
     std::shared_ptr<const transport::Transport> transport_;  // what passes read

@@ -11,23 +11,13 @@
 namespace gonio {
 namespace {
 
-// Transports outlive their renderer: one that is made after the GPU was lost goes on with them. Of the scene that is
-// shown, and of those that captures and meters wait for. Render thread.
-struct Known {
-    std::shared_ptr<const SceneAsset> asset;
-    transport::SurfelSettings surfels;
-    unsigned links = 0;
-    bool cells = false;
-    std::vector<glm::vec3> seeds;
-    std::shared_ptr<transport::Builder> builder;
-};
 // Of fixed ones so many at once; of the others those that light could not go to from there.
 constexpr std::size_t kMostFirstSeeds = 32;
-// One is shown, one captured and one metered; the oldest of more goes.
-constexpr std::size_t kMostKnown = 3;
 
-std::deque<Known>& known_transports() {
-    static std::deque<Known> known;
+// Transports outlive their renderer: one that is made after the GPU was lost goes on with them. Of the scene that is
+// shown, and of those that captures and meters wait for. Render thread.
+std::deque<std::shared_ptr<SceneTransport>>& known_transports() {
+    static std::deque<std::shared_ptr<SceneTransport>> known;
     return known;
 }
 
@@ -38,79 +28,110 @@ void Renderer::prepare_geometry(const Scene& scene, bool live) {
         geometry_ = std::make_unique<GpuScene>(scene.asset);
         bodies_.reset();
         traced_ = trace::geometry_of(scene);
-        builder_.reset();
+        own_.reset();
         transport_.reset();
         ++generation_;
         drawn_.reset();
         if (scene.drawn && scene.drawn->geometry == traced_) drawn_ = scene.drawn;
         if (live)
-            std::erase_if(known_transports(), [&](const Known& one) {
-                return one.asset != scene.asset && std::ranges::find(awaited_, one.asset.get()) == awaited_.end();
+            std::erase_if(known_transports(), [&](const auto& one) {
+                return one->asset != scene.asset && std::ranges::find(awaited_, one->asset.get()) == awaited_.end();
             });
     }
 }
 
-void Renderer::prepare_transport(const Scene& scene) {
-    auto& known = known_transports();
-    auto own = std::find_if(known.begin(), known.end(), [&](const Known& one) {
-        return one.asset == scene.asset && one.surfels == surfels_ && one.links == links_ &&
-               (one.cells || direct_by_rays_);
+void Renderer::begin_transport(SceneTransport& made) const {
+    made.builder = std::make_shared<transport::Builder>(made.traced, made.seeds, made.surfels,
+                                                        std::min(made.links, transport::kMostForwardLinks),
+                                                        transport_beside_, made.cells);
+    if (transport_beside_) made.builder->hold(!watched_);
+    if (!fixed_seeds_.empty() && fixed_narrow_) made.builder->want(made.links);
+    if (!transport_beside_) made.builder->wait();
+}
+
+// Result: null: none was begun.
+std::shared_ptr<SceneTransport> Renderer::known_transport(const Scene& scene) const {
+    if (own_ && own_->asset == scene.asset) return own_;
+    const auto& known = known_transports();
+    const auto found = std::ranges::find_if(known, [&](const auto& one) {
+        return one->asset == scene.asset && one->surfels == surfels_ && one->links == links_ &&
+               (one->cells || direct_by_rays_);
     });
+    return found == known.end() ? nullptr : *found;
+}
+
+// Result: whether it was asked of this revision before; of fixed seeds, of any.
+bool Renderer::looked_at(const Scene& scene) {
+    const std::pair<const SceneAsset*, Revision> one(scene.asset.get(), scene.scene_rev);
+    for (const auto& [asset, rev] : looked_)
+        if (asset == one.first && (rev == one.second || !fixed_seeds_.empty())) return true;
+    std::rotate(looked_.begin(), looked_.begin() + 1, looked_.end());
+    looked_.back() = one;
+    return false;
+}
+
+// Begins it, or begins it anew for positions that its light does not reach.
+std::shared_ptr<SceneTransport> Renderer::transport_of(const Scene& scene) {
+    std::shared_ptr<SceneTransport> made = known_transport(scene);
+    const bool fixed = !fixed_seeds_.empty(), begins = !made;
+    if (begins)
+        made = std::make_shared<SceneTransport>(SceneTransport{.asset = scene.asset,
+                                                               .traced = trace::geometry_of(scene),
+                                                               .surfels = surfels_,
+                                                               .links = links_,
+                                                               .cells = !direct_by_rays_});
     std::vector<glm::vec3> positions;
-    for (const glm::dvec3& point : fixed_seeds_) positions.push_back(traced_->local(point));
-    const bool fixed = !positions.empty();
+    for (const glm::dvec3& point : fixed_seeds_) positions.push_back(made->traced->local(point));
     if (!fixed) {
-        positions.push_back(traced_->local(scene.camera.eye));
+        positions.push_back(made->traced->local(scene.camera.eye));
         for (const Light& light : scene.lights)
-            if (!light.sun) positions.push_back(traced_->local(light.position));
+            if (!light.sun) positions.push_back(made->traced->local(light.position));
     }
-    const auto begin = [&] {
-        builder_ = std::make_shared<transport::Builder>(traced_, seeds_, surfels_,
-                                                        std::min(links_, transport::kMostForwardLinks),
-                                                        transport_beside_, !direct_by_rays_);
-        if (transport_beside_) builder_->hold(!watched_);
-        if (own != known.end()) known.erase(own);
-        if (known.size() == kMostKnown) known.pop_front();
-        known.push_back({scene.asset, surfels_, links_, !direct_by_rays_, seeds_, builder_});
-        own = std::prev(known.end());
-    };
-    if (!builder_ && own != known.end()) {
-        builder_ = own->builder;
-        seeds_ = own->seeds;
-        if (transport_beside_) builder_->hold(!watched_);
-    } else if (!builder_) {
-        seeds_ = positions;
-        if (fixed && seeds_.size() > kMostFirstSeeds) seeds_.resize(kMostFirstSeeds);
-        begin();
+    if (begins) {
+        made->seeds = positions;
+        if (fixed && made->seeds.size() > kMostFirstSeeds) made->seeds.resize(kMostFirstSeeds);
+        begin_transport(*made);
+        auto& known = known_transports();
+        if (known.size() == kMostKnownTransports) {
+            const auto needless = std::ranges::find_if(known, [&](const auto& one) {
+                return one != own_ && std::ranges::find(awaited_, one->asset.get()) == awaited_.end();
+            });
+            known.erase(needless == known.end() ? known.begin() : needless);
+        }
+        known.push_back(made);
+    }
+    // A luminaire or an eye has come to where no light could go before.
+    if (!made->builder->done() || !made->builder->newest() || looked_at(scene)) return made;
+    const std::size_t before = made->seeds.size();  // a point next to one of them has had its turn
+    for (const glm::vec3& position : positions) {
+        const bool new_here = std::none_of(made->seeds.begin(), made->seeds.end(), [&](const glm::vec3& seed) {
+            return glm::distance(seed, position) < 0.02f * made->traced->extent();
+        });
+        if (new_here && made->seeds.size() < positions.size() + kMostLaterSeeds &&
+            !transport::reaches(*made->builder->newest(), position))
+            made->seeds.push_back(position);
+    }
+    if (made->seeds.size() > before) begin_transport(*made);
+    return made;
+}
+
+void Renderer::prepare_transport(const Scene& scene) {
+    if (!own_) {
+        own_ = transport_of(scene);
+        if (transport_beside_) own_->builder->hold(!watched_);
+    } else {
+        transport_of(scene);
     }
     // Those for narrow beams are made where there is one.
-    if (fixed && fixed_narrow_) builder_->want(links_);
-    if (!fixed && links_ > transport::kMostForwardLinks &&
+    if (fixed_seeds_.empty() && own_->links > transport::kMostForwardLinks &&
         std::any_of(scene.lights.begin(), scene.lights.end(), [&](const Light& light) {
             const auto gpu = lights_.find(light.id);
             return gpu != lights_.end() && gpu->second.irradiance.narrow > 0.0f;
-        }))
-        builder_->want(links_);
-    if (!transport_beside_) builder_->wait();
-    // A luminaire or an eye has come to where no light could go before.
-    if (builder_->done() && builder_->newest() && seeded_rev_ != scene.scene_rev && !(fixed && seeded_rev_ != 0)) {
-        seeded_rev_ = scene.scene_rev;
-        const std::size_t before = seeds_.size();  // a point next to one of them has had its turn
-        for (const glm::vec3& position : positions) {
-            const bool new_here = std::none_of(seeds_.begin(), seeds_.end(), [&](const glm::vec3& seed) {
-                return glm::distance(seed, position) < 0.02f * traced_->extent();
-            });
-            if (new_here && seeds_.size() < positions.size() + kMostLaterSeeds &&
-                !transport::reaches(*builder_->newest(), position))
-                seeds_.push_back(position);
-        }
-        if (seeds_.size() > before) {
-            begin();
-            if (fixed && fixed_narrow_) builder_->want(links_);
-            if (!transport_beside_) builder_->wait();
-        }
+        })) {
+        own_->builder->want(own_->links);
+        if (!transport_beside_) own_->builder->wait();
     }
-    auto newest = builder_->newest();
+    auto newest = own_->builder->newest();
     if (newest == transport_ || (!newest && transport_ && &transport_->surface->geometry->asset() == scene.asset.get()))
         return;
     transport_ = std::move(newest);
@@ -124,21 +145,24 @@ bool Renderer::met_narrow_beams() const {
 
 void Renderer::set_watched(bool watched) {
     watched_ = watched;
-    if (builder_ && transport_beside_) builder_->hold(!watched);
+    if (own_ && transport_beside_) own_->builder->hold(!watched);
 }
 
-bool Renderer::ready(const Scene& scene) {
-    if (scene.technique != Technique::standard) return true;
-    prepare(scene, false);
-    builder_->hold(false);
-    return builder_->done() && !newer_transport();
+Readiness Renderer::ready(const Scene& scene) {
+    if (scene.technique != Technique::standard) return Readiness::all;
+    // Another scene stays in its place: to change them would make all its light anew.
+    if (own_ && own_->asset == scene.asset) prepare_transport(scene);
+    const std::shared_ptr<SceneTransport> made = transport_of(scene);
+    made->builder->hold(false);
+    if (made->builder->done()) return Readiness::all;
+    return made->builder->newest() || (made == own_ && transport_) ? Readiness::part : Readiness::none;
 }
 
 v1::TransportStats Renderer::transport_stats() {
-    if (builder_) builder_->hold(false);
+    if (own_) own_->builder->hold(false);
     v1::TransportStats stats;
-    stats.set_ready(builder_ && builder_->done());
-    if (const auto newest = builder_ && builder_->newest() ? builder_->newest() : transport_) {
+    stats.set_ready(own_ && own_->builder->done());
+    if (const auto newest = own_ && own_->builder->newest() ? own_->builder->newest() : transport_) {
         stats.set_surfels(static_cast<std::uint32_t>(newest->surface->surfels.count));
         stats.set_links_per_surfel(newest->links.per_surfel());
         stats.set_bytes(static_cast<double>(newest->bytes()));

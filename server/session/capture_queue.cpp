@@ -43,13 +43,19 @@ void CaptureQueue::restart(const GuardedRenderer& renderer) {
     }
 }
 
-void CaptureQueue::advance(GuardedRenderer& renderer, Replies& replies) {
-    if (waiting_.empty()) return;
+bool CaptureQueue::advance(GuardedRenderer& renderer, Replies& replies) {
+    if (waiting_.empty()) return false;
     if (monotonic_ns() >= tell_ns_) tell_progress();
-    if (!renderer.ready(waiting_.front().job->scene)) return;
+    if (renderer.ready(waiting_.front().job->scene) != Readiness::all) return false;
     bool complete = false;
     const bool there = renderer.draws([&] { complete = renderer->continue_capture(*waiting_.front().job); });
-    if (!there || !complete) return;  // without the GPU it begins anew with the next renderer
+    if (!there || !complete) return true;  // without the GPU it begins anew with the next renderer
+    answer(replies);
+    return !waiting_.empty();
+}
+
+// Of the oldest, whose picture is complete.
+void CaptureQueue::answer(Replies& replies) {
     Capturing done = std::move(waiting_.front());
     waiting_.pop_front();
     began_ns_ = monotonic_ns();

@@ -35,8 +35,9 @@ public:
     void refuse_overdue(Replies& replies);
     // All begin anew.
     void restart(const GuardedRenderer& renderer);
-    // Renders one tile of the oldest, and tells those who wait how far it is: every half second.
-    void advance(GuardedRenderer& renderer, Replies& replies);
+    // Renders one tile of the oldest, and tells those who wait how far it is: every half second. Result: whether there
+    // is more to do at once; else none waits, or the oldest waits for light that other threads make.
+    bool advance(GuardedRenderer& renderer, Replies& replies);
     void forget_session(std::uint32_t session);
     // Result: whether there was such a capture, which is given up; its answer is the caller's.
     bool cancel(std::uint32_t session, std::uint32_t request_id);
@@ -52,6 +53,7 @@ private:
         bool legend;
         std::unique_ptr<CaptureJob> job;
     };
+    void answer(Replies& replies);
     void tell_progress();
     Loader& loader_;
     Replies::Send send_;

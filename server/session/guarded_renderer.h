@@ -32,21 +32,16 @@ public:
         }
         return !gpu_lost_();
     }
-    // Whether captures and meters of this scene can be made; what they need is being made else.
-    bool ready(const Scene& scene) {
-        bool there = false;
+    // LiveRenderer::ready(); none without the GPU.
+    Readiness ready(const Scene& scene) {
+        Readiness there = Readiness::none;
         draws([&] { there = renderer_->ready(scene); });
-        waits_ = !there;
         return there;
     }
-    // Whether ready() was false when it was asked last, since forget_waiting().
-    bool waits() const { return waits_; }
-    void forget_waiting() { waits_ = false; }
 
 private:
     std::unique_ptr<LiveRenderer> renderer_;
     std::function<bool()> gpu_lost_;
-    bool waits_ = false;
 };
 
 }  // namespace gonio

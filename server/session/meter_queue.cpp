@@ -12,13 +12,13 @@ namespace gonio {
 static constexpr std::int64_t kSliceNs = 8'000'000;
 
 void MeterQueue::add(const Work& work, const Scene& scene, MeterRequest request, Replies& replies) {
-    wait({work, scene, std::move(request), {}, {}, {}, {}}, replies);
+    wait({work, monotonic_ns(), scene, std::move(request), {}, {}, {}, {}}, replies);
 }
 
 void MeterQueue::add(const Work& work, const Scene& scene, Picked picked, Replies& replies) {
     MeterRequest request;
     request.points.push_back(picked.point);
-    wait({work, scene, std::move(request), {}, {}, {}, std::move(picked)}, replies);
+    wait({work, monotonic_ns(), scene, std::move(request), {}, {}, {}, std::move(picked)}, replies);
 }
 
 void MeterQueue::wait(Metering metering, Replies& replies) {
@@ -51,42 +51,53 @@ void MeterQueue::finish_point(Metering& metering, const trace::MeterPoint& point
     metering.readings.push_back(std::move(reading));
 }
 
-void MeterQueue::advance(GuardedRenderer& renderer, Replies& replies) {
-    const std::int64_t started_ns = monotonic_ns();
-    if (!waiting_.empty() && !renderer.ready(waiting_.front().scene)) return;
-    for (; !waiting_.empty(); waiting_.pop_front()) {
-        Metering& metering = waiting_.front();
-        auto& [work, scene, request, readings, around, world, picked] = metering;
-        const auto quality =
-            request.quality == Quality::rsm ? LiveRenderer::MeterQuality::rsm : LiveRenderer::MeterQuality::interactive;
-        while (readings.size() < request.points.size()) {
-            if (monotonic_ns() - started_ns > kSliceNs) return;
-            const trace::MeterPoint& point = request.points[readings.size()];
-            const std::vector<trace::MeterPoint> planes = trace::planes_of(point);
-            const trace::MeterPoint& plane = planes[around.size()];
-            v1::MeterReading reading;
-            std::string failure;
-            const bool there = renderer.draws([&, &scene = scene, &request = request] {
-                try {
-                    reading = renderer->meter(scene, plane.position, plane.normal, quality, request.settings.bounces);
-                } catch (const gl::ProgramError& error) {
-                    failure = error.what();
-                }
-            });
-            if (!there) return;  // goes on with the next renderer
-            if (!failure.empty()) {
-                replies.refuse(work, {"unavailable", "meter", "", failure});
-                return waiting_.pop_front();
-            }
-            around.push_back(std::move(reading));
-            if (around.size() == planes.size()) finish_point(metering, point);
-        }
-        if (picked)
-            replies.answer(work, message_of(&v1::ServerMessage::mutable_pick, with_reading(*picked, readings.front())));
-        else
-            replies.answer(work, request.answer ? request.answer(std::move(readings))
-                                                : meter_message(std::move(readings), request.grid));
+bool MeterQueue::advance(GuardedRenderer& renderer, Replies& replies) {
+    const std::int64_t until_ns = monotonic_ns() + kSliceNs;
+    const SceneAsset* const asset = next_asset();  // of another one the renderer is told first: set_awaited()
+    while (!waiting_.empty() && next_asset() == asset && monotonic_ns() < until_ns) {
+        const Metering& metering = waiting_.front();
+        const Readiness there = renderer.ready(metering.scene);
+        const bool patient = monotonic_ns() - metering.asked_ns < patience_.count();
+        if (there == Readiness::none || (there == Readiness::part && patient)) return false;
+        if (advance_first(renderer, replies, until_ns)) waiting_.pop_front();
     }
+    return !waiting_.empty();
+}
+
+// Reads points of the oldest meter until it is late. Result: whether that meter is answered.
+bool MeterQueue::advance_first(GuardedRenderer& renderer, Replies& replies, std::int64_t until_ns) {
+    Metering& metering = waiting_.front();
+    auto& [work, asked_ns, scene, request, readings, around, world, picked] = metering;
+    const auto quality =
+        request.quality == Quality::rsm ? LiveRenderer::MeterQuality::rsm : LiveRenderer::MeterQuality::interactive;
+    while (readings.size() < request.points.size()) {
+        if (monotonic_ns() > until_ns) return false;
+        const trace::MeterPoint& point = request.points[readings.size()];
+        const std::vector<trace::MeterPoint> planes = trace::planes_of(point);
+        const trace::MeterPoint& plane = planes[around.size()];
+        v1::MeterReading reading;
+        std::string failure;
+        const bool there = renderer.draws([&, &scene = scene, &request = request] {
+            try {
+                reading = renderer->meter(scene, plane.position, plane.normal, quality, request.settings.bounces);
+            } catch (const gl::ProgramError& error) {
+                failure = error.what();
+            }
+        });
+        if (!there) return false;  // goes on with the next renderer
+        if (!failure.empty()) {
+            replies.refuse(work, {"unavailable", "meter", "", failure});
+            return true;
+        }
+        around.push_back(std::move(reading));
+        if (around.size() == planes.size()) finish_point(metering, point);
+    }
+    if (picked)
+        replies.answer(work, message_of(&v1::ServerMessage::mutable_pick, with_reading(*picked, readings.front())));
+    else
+        replies.answer(work, request.answer ? request.answer(std::move(readings))
+                                            : meter_message(std::move(readings), request.grid));
+    return true;
 }
 
 void MeterQueue::forget_session(std::uint32_t session) {

@@ -1,6 +1,7 @@
 // Interactive and rsm meters that wait for each other. Render thread.
 #pragma once
 
+#include <chrono>
 #include <deque>
 
 #include "server/session/guarded_renderer.h"
@@ -15,11 +16,16 @@ inline constexpr std::size_t kMaxMeters = 64;  // points and grids; beyond it: "
 
 class MeterQueue {
 public:
+    // A meter waits this long for all links of its scene's light. Then it takes what there is, and states its larger
+    // error: where scenes come and go, or luminaires go where no light was, the last links may never be made.
+    explicit MeterQueue(std::chrono::nanoseconds patience = std::chrono::seconds(10)) : patience_(patience) {}
+
     // The meter is read in the scene as it is now.
     void add(const Work& work, const Scene& scene, MeterRequest request, Replies& replies);
     void add(const Work& work, const Scene& scene, Picked picked, Replies& replies);
-    // Reads points, the oldest meter's first, until 8 ms are over; answers the meters that are complete.
-    void advance(GuardedRenderer& renderer, Replies& replies);
+    // Reads points, the oldest meter's first, until 8 ms are over; answers the meters that are complete. Result:
+    // whether there is more to do at once; else none waits, or the oldest waits for light that other threads make.
+    bool advance(GuardedRenderer& renderer, Replies& replies);
     void forget_session(std::uint32_t session);
     // Result: whether there was such a meter, which is given up; its answer is the caller's.
     bool cancel(std::uint32_t session, std::uint32_t request_id);
@@ -30,6 +36,7 @@ public:
 private:
     struct Metering {
         Work work;
+        std::int64_t asked_ns;
         Scene scene;
         MeterRequest request;
         std::vector<v1::MeterReading> readings, around;  // around: of the planes of the point that is read
@@ -38,6 +45,8 @@ private:
     };
     static void finish_point(Metering& metering, const trace::MeterPoint& point);
     void wait(Metering metering, Replies& replies);
+    bool advance_first(GuardedRenderer& renderer, Replies& replies, std::int64_t until_ns);
+    std::chrono::nanoseconds patience_;
     std::deque<Metering> waiting_;
 };
 

@@ -22,7 +22,7 @@ public:
     std::optional<FinishedFrame> finish_frame(bool wait) override;
     std::size_t frames_in_flight() const override { return finished_.size(); }
     bool settled() const override { return true; }
-    bool ready(const Scene&) override { return true; }
+    Readiness ready(const Scene&) override { return Readiness::all; }
     void set_awaited(const std::vector<const SceneAsset*>&) override {}
     v1::TransportStats transport_stats() override {
         v1::TransportStats stats;

@@ -527,13 +527,13 @@ void RenderSession::tell_inputs(Revision before, std::uint32_t by) {
 }
 
 void RenderSession::continue_work() {
-    renderer_.forget_waiting();
     if (roles_.expire(monotonic_ns())) tell_control(0);
     while (const auto work = captures_.take_due(scene_.scene_rev)) answer_capture(*work);
     captures_.refuse_overdue(replies_);
-    meters_.advance(renderer_, replies_);
-    captures_.advance(renderer_, replies_);
     await_assets();
+    const bool meters_go_on = meters_.advance(renderer_, replies_),
+               captures_go_on = captures_.advance(renderer_, replies_);
+    wait_for_light_ = !meters_go_on && !captures_go_on;
     reference_.tick();
     if (follows()) return;
     auto_exposure_.tend(scene_, monotonic_ns());

@@ -108,7 +108,8 @@ public:
     void set_library(std::shared_ptr<Library> library) { library_ = std::move(library); }
     // Captures that are rendered one after the other; beyond it: "busy".
     void set_most_captures(std::size_t most) { captures_.set_most(most); }
-    bool busy() const { return waits() && !renderer_.waits(); }
+    // Whether captures or meters go on at once.
+    bool busy() const { return waits() && !wait_for_light_; }
     // Whether captures or meters wait, for what other threads make too.
     bool waits() const { return !captures_.empty() || !meters_.empty(); }
     // Between two frames: one tile of the oldest capture, a slice of the oldest meters; each is sent off when it is
@@ -203,6 +204,7 @@ private:
     bool flashed_ = false;  // a strobe went on or out since the last frame
     Budget budget_;
     std::int64_t changed_ns_ = INT64_MIN / 2;                  // when a frame of a new revision began
+    bool wait_for_light_ = false;                              // captures and meters, for what other threads make
     bool watched_ = false, better_ = false, refined_ = false;  // better_: another frame shows more than the last
     Fade fade_;
     std::uint32_t fade_by_ = 0;    // whose recall it is

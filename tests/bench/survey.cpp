@@ -223,7 +223,7 @@ SurveyRow survey(Renderer& renderer, const std::string& name, Scene scene, const
         if (!row.picks.empty())
             renderer.meter(scene, row.picks[0].at.position, row.picks[0].at.normal,
                            Renderer::MeterQuality::interactive);
-        ready = renderer.ready(scene);
+        ready = renderer.ready(scene) == Readiness::all;
     }
     for (Pick& pick : row.picks) {
         const v1::MeterReading reading =

@@ -93,7 +93,7 @@ SceneRow measure(const gl::Context& context, const Sized& which, const Transport
     frame_ms();
     const auto shown = Clock::now();
     std::vector<double> meanwhile, later;
-    while (!renderer.ready(scene)) {
+    while (renderer.ready(scene) != Readiness::all) {
         meanwhile.push_back(frame_ms());
         if (row.first_s == 0.0 && renderer.transport_stats().surfels() > 0) row.first_s = seconds_since(shown);
     }

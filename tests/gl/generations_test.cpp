@@ -36,7 +36,7 @@ TEST(Generations, FadeIn) {
         pictures.push_back(renderer.live_illuminance(scene, true));
         if (pictures.size() > 3 * kFrames) pictures.erase(pictures.begin());
     };
-    while (!renderer.ready(scene)) frame();
+    while (renderer.ready(scene) != Readiness::all) frame();
     frame();
     while (!renderer.settled()) frame();
     // The last generation's frames, and the one before them.

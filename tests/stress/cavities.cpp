@@ -170,7 +170,8 @@ std::vector<double> read_within_energy(Bench& bench, const Scene& scene, const s
     Finding& finding = bench.findings.of(bench.group, "indirect light / the most that energy allows", 1.05);
     do {
         read_live(bench, scene, meters.front());
-    } while (!bench.renderer.ready(scene));  // links for narrow beams are traced once a solve has met such a beam
+    } while (bench.renderer.ready(scene) !=
+             Readiness::all);  // links for narrow beams are traced once a solve has met such a beam
     std::vector<double> indirect_lx;
     for (const Meter& meter : meters) {
         const v1::MeterReading reading = read_live(bench, scene, meter);
