@@ -64,6 +64,8 @@ WordRows light_rows_of(const std::string& prefix) {
         {"--opening", "SHAPE", text, field("opening"),
          "\"rect 1.2x0.3\", \"disc 0.4\", \"line 1.5\", \"sphere 0.3\", \"box 1.2x0.3x0.1\", m; point; file: "
          "what the profile says"});
+    made.rows.push_back({"--mount", "HOW", text, field("mount"),
+                         "recessed: to 1 mm before the surface that it is let into, at most 0.5 m along its light"});
     return made;
 }
 

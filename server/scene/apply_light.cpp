@@ -64,6 +64,8 @@ std::optional<ies::Opening> opening_named(const std::string& text, const std::st
 
 void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Loaded& loaded,
                    const std::string& prefix) {
+    if (set.has_mount())  // that takes rays: the session has put positions in its place
+        refuse("unsupported", prefix + "mount", set.mount(), "rays cannot be cast here");
     const bool turns = set.has_pan_rad() || set.has_tilt_rad() || set.has_roll_rad();
     if (set.aim_size() > 0 && turns)
         refuse("conflict", prefix + "aim", print_all(set.aim()), "aim cannot be set together with pan, tilt or roll");

@@ -11,7 +11,7 @@
 #include "server/scene/strobe.h"
 #include "server/sequence/job_json.h"
 #include "server/session/command_files.h"
-#include "server/session/outlets.h"
+#include "server/session/mounts.h"
 #include "server/trace/exposure.h"
 
 namespace gonio::sequence {
@@ -53,9 +53,9 @@ void apply_command(Scene& scene, v1::Command command, const SceneAccess& access,
         command.mutable_recall_preset()->set_fade_s(0);  // a job has no time
         if (player != nullptr) player->let_go();
     }
-    if (command.has_recess_light())
-        if (const auto refused = recess(scene, command)) refuse(place, *refused);
-    checked(place, apply(scene, command, checked(place, read_files(command, access))));
+    const Loaded loaded = checked(place, read_files(command, access));
+    if (const auto refused = carry_out_mounts(scene, command, loaded)) refuse(place, *refused);
+    checked(place, apply(scene, command, loaded));
     take_exposure(scene, command, place);
 }
 
@@ -148,6 +148,7 @@ void Timeline::set(Group& group, double t_s) {
         group.said = std::move(words);
     }
     v1::Command command = group.command;
+    if (const auto refused = carry_out_mounts(scene_, command, group.loaded)) refuse(place, *refused);
     checked(place, apply(scene_, command, group.loaded));
     take_exposure(scene_, command, place);
 }

@@ -3,8 +3,6 @@
 #include <algorithm>
 
 #include "ies/core/printed.h"
-#include "protocol/schema/command.pb.h"
-#include "protocol/schema/light.pb.h"
 #include "server/scene/light_values.h"
 
 namespace gonio {
@@ -92,28 +90,6 @@ std::vector<std::string> HiddenLights::warnings(const Scene& scene) {
     }
     by_id = std::move(still);
     return sentences.take();
-}
-
-std::optional<Error> recess(const Scene& scene, v1::Command& command) {
-    const std::string name = command.recess_light().name(), field = "recess_light.name";
-    std::vector<std::string> names{name};
-    if (const auto group = scene.groups.find(name); group != scene.groups.end()) names = group->second;
-    if (!scene.traced) return Error{"unsupported", field, name, "the scene's surfaces are not ready for rays yet"};
-    v1::EditLights edit;
-    for (const std::string& each : names) {
-        const Light* light = find_light(scene, each);
-        if (light == nullptr) return Error{"not_found", field, each, "there is no light or group of this name"};
-        if (light->sun) return Error{"unsupported", field, each, "a sun has no place"};
-        const auto position = trace::recessed_position(*scene.traced, *light);
-        if (!position)
-            return Error{"not_found", field, each,
-                         "there is no surface within 0.5 m before or behind it, before which it would shine freely"};
-        v1::SetLight& set = *edit.add_set();
-        set.set_name(each);
-        for (int k = 0; k < 3; ++k) set.add_position_m((*position)[k]);
-    }
-    *command.mutable_edit_lights() = std::move(edit);
-    return std::nullopt;
 }
 
 }  // namespace gonio

@@ -1,5 +1,4 @@
-// Lights that shine into nothing, as warnings, and the command that puts them into the surface. Render thread: rays,
-// but with commands alone.
+// Lights that shine into nothing, as warnings. Render thread: rays, but with commands alone.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +9,6 @@
 #include <vector>
 
 #include "ies/core/result.h"
-#include "protocol/schema/messages.h"
 #include "server/scene/scene.h"
 #include "server/trace/outlet.h"
 
@@ -39,9 +37,5 @@ struct HiddenLights {
 // nothing before is not told again. hidden: null, or what gets to know of them. Nothing where no rays can be cast yet.
 std::vector<std::string> outlet_warnings(const Scene& scene, const Scene* before = nullptr,
                                          HiddenLights* hidden = nullptr);
-
-// Turns a recess_light into the edit_lights that carries it out. Errors: "not_found" (no light or group, no surface
-// within half a metre), "unsupported" (sun, nothing to cast rays in).
-std::optional<Error> recess(const Scene& scene, v1::Command& command);
 
 }  // namespace gonio

@@ -26,6 +26,7 @@
 #include "server/session/grid_values.h"
 #include "server/session/isolux.h"
 #include "server/session/left_profiles.h"
+#include "server/session/mounts.h"
 #include "server/session/outlets.h"
 #include "server/session/shows.h"
 #include "server/show/held_files.h"
@@ -205,11 +206,10 @@ void RenderSession::take_command(Work work) {
     // Asked when the command came: whoever has gone since may have been allowed to.
     if (const auto refused = roles_.refuses_change(work.session, "command"); refused && !work.read)
         return replies_.refuse(work, *refused);
-    if (work.message.command().has_recess_light())
-        if (const auto refused = recess(scene_, *work.message.mutable_command()))
-            return replies_.refuse(work, *refused);
     if (!work.read && needs_files(work.message.command())) return (void)send_to_loader(std::move(work));
     if (work.failure) return replies_.refuse(work, *work.failure);
+    if (const auto refused = carry_out_mounts(scene_, *work.message.mutable_command(), work.loaded))
+        return replies_.refuse(work, *refused);
     const v1::Command& command = work.message.command();
     command.has_undo() || command.has_redo() ? undo_or_redo(work)
     : plays_cues(command)                    ? run_cue(work)

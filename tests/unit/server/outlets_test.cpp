@@ -10,6 +10,7 @@
 #include "protocol/schema/command.pb.h"
 #include "protocol/schema/light.pb.h"
 #include "server/assets/assets.h"
+#include "server/session/mounts.h"
 #include "server/trace/outlet.h"
 #include "server/trace/reference.h"
 #include "tests/scenes/scenes.h"
@@ -56,7 +57,7 @@ double floor_lx(const Scene& scene) {
 std::string recessing(Scene& scene, const std::string& name = "light") {
     v1::Command command;
     command.mutable_recess_light()->set_name(name);
-    if (const auto refused = recess(scene, command)) return refused->code + " " + refused->where;
+    if (const auto refused = carry_out_mounts(scene, command, {})) return refused->code + " " + refused->where;
     EXPECT_TRUE(command.has_edit_lights());
     const auto applied = apply(scene, command, {});
     return applied ? "ok" : applied.error().text();
@@ -115,6 +116,8 @@ TEST(Outlets, WhatShinesFreelyIsNotSaid) {
     EXPECT_TRUE(outlet_warnings(upwards).empty()) << "into the sky, as it is meant";
     EXPECT_EQ(recessing(upwards), "not_found recess_light.name") << "no surface within half a metre";
     EXPECT_EQ(recessing(upwards, "nobody"), "not_found recess_light.name");
+    Scene low = with_lamp(lamp_room(), {0, 0.25, 0}, plain_downlight());
+    EXPECT_EQ(recessing(low), "not_found recess_light.name") << "below the floor its light would land on nothing";
 }
 
 // A housing that reaches through the ceiling: its bottom and the ceiling are passed together.
@@ -125,6 +128,65 @@ TEST(Outlets, TheLastSurfaceCounts) {
     EXPECT_EQ(outlet_warnings(scene).size(), 1u);
     EXPECT_EQ(recessing(scene), "ok");
     EXPECT_NEAR(scene.lights[0].position.y, 3.989, 1e-5);
+}
+
+std::string carried_out(Scene& scene, v1::Command command) {
+    if (const auto refused = carry_out_mounts(scene, command, {})) return refused->code + " " + refused->where;
+    const auto applied = apply(scene, command, {});
+    return applied ? "ok" : applied.error().text();
+}
+
+// Of set_light, edit_lights and add_light alike: whatever else they say comes first.
+TEST(Outlets, EveryCommandThatPlacesALightRecessesIt) {
+    Scene scene = with_lamp(lamp_room(), {0, 2, 0}, plain_downlight());
+    v1::Command set;
+    set.mutable_set_light()->set_name("light");
+    for (const double x : {1.0, 4.02, 1.0}) set.mutable_set_light()->add_position_m(x);
+    set.mutable_set_light()->set_level_ratio(0.5);
+    set.mutable_set_light()->set_mount("recessed");
+    ASSERT_EQ(carried_out(scene, set), "ok");
+    EXPECT_NEAR(glm::distance(scene.lights[0].position, glm::dvec3(1, 3.999, 1)), 0.0, 1e-5);
+    EXPECT_EQ(scene.lights[0].level_ratio, 0.5);
+
+    v1::Command add;
+    add.mutable_add_light()->set_like("light");
+    v1::SetLight& added = *add.mutable_add_light()->mutable_light();
+    added.set_name("other");
+    for (const double x : {-1.0, 4.1, 0.0}) added.add_position_m(x);
+    added.set_mount("recessed");
+    ASSERT_EQ(carried_out(scene, add), "ok");
+    EXPECT_NEAR(glm::distance(scene.lights[1].position, glm::dvec3(-1, 3.999, 0)), 0.0, 1e-5);
+
+    v1::Command edit;  // one moves by itself, and both are mounted
+    v1::EditLights& edits = *edit.mutable_edit_lights();
+    v1::SetLight& own = *edits.add_set();
+    own.set_name("other");
+    for (const double x : {2.0, 4.2, 0.0}) own.add_position_m(x);
+    for (const char* name : {"light", "other"}) edits.add_names(name);
+    edits.mutable_same()->set_level_ratio(0.25);
+    edits.mutable_same()->set_mount("recessed");
+    ASSERT_EQ(carried_out(scene, edit), "ok");
+    EXPECT_NEAR(glm::distance(scene.lights[0].position, glm::dvec3(1, 3.999, 1)), 0.0, 1e-5);
+    EXPECT_NEAR(glm::distance(scene.lights[1].position, glm::dvec3(2, 3.999, 0)), 0.0, 1e-5);
+    EXPECT_EQ(scene.lights[0].level_ratio, 0.25);
+    EXPECT_EQ(scene.lights[1].level_ratio, 0.25);
+}
+
+TEST(Outlets, AMountThatCannotBeChangesNothing) {
+    Scene scene = with_lamp(lamp_room(), {0, 2, 0}, plain_downlight());
+    v1::Command set;
+    set.mutable_set_light()->set_name("light");
+    set.mutable_set_light()->set_mount("glued");
+    EXPECT_EQ(carried_out(scene, set), "invalid_argument set_light.mount");
+    set.mutable_set_light()->set_mount("recessed");
+    EXPECT_EQ(carried_out(scene, set), "not_found set_light.mount") << "2 m below the ceiling";
+    set.mutable_set_light()->set_name("nobody");
+    EXPECT_EQ(carried_out(scene, set), "not_found set_light.name");
+    set.mutable_set_light()->set_name("light");
+    const auto applied = apply(scene, set, {});
+    ASSERT_FALSE(applied) << "without the session";
+    EXPECT_EQ(applied.error().code, "unsupported");
+    EXPECT_EQ(scene.lights[0].position, glm::dvec3(0, 2, 0));
 }
 
 // Once a light shines into nothing, dragging it on there says it no more; other changes say nothing of it.
