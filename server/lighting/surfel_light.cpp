@@ -17,12 +17,14 @@ float spot_share(const transport::Surfels& surfels, const std::vector<float>& di
 }
 
 constexpr float kNearRadii = 4.0f;
-// Distance from a surfel to a luminaire, or to the nearest of some points of its opening, m; not exact where it is
-// beyond kNearRadii.
+// Distance from a surfel to a luminaire, or to the nearest of some points of its opening, m; infinite where it is
+// surely beyond kNearRadii.
 float distance_m(const transport::Surfels& surfels, std::size_t i, const DirectLight& luminaire) {
     const glm::vec3 from = surfels.position(i) - luminaire.position;
+    const float near_m = kNearRadii * surfels.radius_m + (luminaire.parts ? luminaire.parts->radius_m : 0.0f);
+    if (glm::dot(from, from) > near_m * near_m) return std::numeric_limits<float>::infinity();
     float least_m = glm::length(from);
-    if (luminaire.parts && least_m < luminaire.parts->radius_m + kNearRadii * surfels.radius_m)
+    if (luminaire.parts)
         for (const glm::vec3& point : luminaire.parts->few) least_m = std::min(least_m, glm::distance(from, point));
     return least_m;
 }
@@ -78,25 +80,38 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
         flux[id] += rays.rays[i].flux_lm_per_cd * right * luminaire.unit_m2 * ends[i].passed;
         landed[id] += 1.0f;
     }
-    double near_lm = 0.0, shown_lm = 0.0, rays_near = 0.0;  // of what is near: as rays land, and as it is lit
+    struct Near {
+        double rays_lm = 0.0, shown_lm = 0.0, landed = 0.0;  // flux as rays land and as it is lit, and rays
+    };
+    constexpr std::size_t kChunk = 1024;
     std::vector<float> near(surfels.count, 0.0f);
-    for (std::size_t i = 0; i < surfels.count; ++i) {
-        const float from_m = distance_m(surfels, i, luminaire);
-        near[i] = near_share(from_m, surfels.radius_m);
-        // A few rays say less than the centre, however near; and so do all rays where surfels are small for the way.
-        const float instead = glm::smoothstep(4.0f, 16.0f, landed[i]) * near_share(from_m, surfels.spacing_m[i]);
-        const float taken = landed[i] > 0.0f ? flux[i] / transport.met_m2[i] : 0.0f;
-        if (landed[i] > 0.0f || everywhere > 0.0f) out[i] = glm::mix(out[i], taken, std::max(everywhere, instead));
-        near_lm += static_cast<double>(near[i] * flux[i]);
-        shown_lm += static_cast<double>(near[i] * out[i] * transport.met_m2[i]);
-        rays_near += static_cast<double>(near[i] * landed[i]);
-    }
+    const auto take = [&](std::size_t first, std::size_t count) {
+        Near found;
+        for (std::size_t i = first; i < first + count; ++i) {
+            const float from_m = distance_m(surfels, i, luminaire);
+            if (!(landed[i] > 0.0f || everywhere > 0.0f || std::isfinite(from_m))) continue;
+            near[i] = near_share(from_m, surfels.radius_m);
+            // A few rays say less than the centre, however near; so do all rays where surfels are small for the way.
+            const float instead = glm::smoothstep(4.0f, 16.0f, landed[i]) * near_share(from_m, surfels.spacing_m[i]);
+            const float taken = landed[i] > 0.0f ? flux[i] / transport.met_m2[i] : 0.0f;
+            if (landed[i] > 0.0f || everywhere > 0.0f) out[i] = glm::mix(out[i], taken, std::max(everywhere, instead));
+            found.rays_lm += static_cast<double>(near[i] * flux[i]);
+            found.shown_lm += static_cast<double>(near[i] * out[i] * transport.met_m2[i]);
+            found.landed += static_cast<double>(near[i] * landed[i]);
+        }
+        return found;
+    };
+    const Near all_near = pool.reduce_chunks(surfels.count, kChunk, Near(), take, [](Near a, const Near& b) {
+        return Near{a.rays_lm + b.rays_lm, a.shown_lm + b.shown_lm, a.landed + b.landed};
+    });
     // Few rays meet each surfel near the luminaire, but all of them together tell the flux there. It says nothing where
     // normal maps turn surfels: their light is then less than the flux on them.
-    if (!(shown_lm > 0.0) || surfels.detailed) return;
-    const float right_near = glm::mix(1.0f, glm::clamp(static_cast<float>(near_lm / shown_lm), 0.5f, 2.0f),
-                                      glm::smoothstep(16.0f, 64.0f, static_cast<float>(rays_near)));
-    for (std::size_t i = 0; i < surfels.count; ++i) out[i] *= glm::mix(1.0f, right_near, near[i]);
+    if (!(all_near.shown_lm > 0.0) || surfels.detailed) return;
+    const float right_near =
+        glm::mix(1.0f, glm::clamp(static_cast<float>(all_near.rays_lm / all_near.shown_lm), 0.5f, 2.0f),
+                 glm::smoothstep(16.0f, 64.0f, static_cast<float>(all_near.landed)));
+    for (std::size_t i = 0; i < surfels.count; ++i)
+        if (near[i] > 0.0f) out[i] *= glm::mix(1.0f, right_near, near[i]);
 }
 
 void direct_at_points(const Points& points, std::span<const glm::vec3> geometric, const trace::Geometry& geometry,

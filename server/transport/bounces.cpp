@@ -167,26 +167,32 @@ void Bounces::take_crowded(bool rests, std::vector<glm::vec4>& out) {
     const auto most = [](const glm::vec4& sent) { return std::max({sent.r, sent.g, sent.b}); };
     float bright = 0.0f;
     if (!rests && !sent_.empty()) {
-        float sum = 0.0f;
-        for (const glm::vec4& sent : sent_) sum += most(sent);
-        bright = kBright * sum / static_cast<float>(sent_.size());
+        const auto sum_of = [&](std::size_t first, std::size_t size) {
+            float sum = 0.0f;
+            for (const glm::vec4& sent : std::span(sent_).subspan(first, size)) sum += most(sent);
+            return sum;
+        };
+        bright = kBright * pool_.reduce_chunks(sent_.size(), kSurfelsAJob, 0.0f, sum_of, std::plus<>()) /
+                 static_cast<float>(sent_.size());
     }
     std::vector<std::uint32_t> numbers;  // in all_crowded
     for (std::uint32_t n = 0; n < surfels_.all_crowded.size(); ++n)
         if (most(sent_[surfels_.all_crowded[n].id]) > bright) numbers.push_back(n);
     if (numbers.empty()) return;
     std::vector<glm::vec4> parts[kParts];
-    for (std::vector<glm::vec4>& part : parts) part.assign(surfels_.count, glm::vec4(0.0f));
     pool_.run(kParts, [&](int part) {
         std::vector<glm::vec4>& sum = parts[part];
+        sum.assign(surfels_.count, glm::vec4(0.0f));
         for (std::size_t k = static_cast<std::size_t>(part); k < numbers.size(); k += kParts) {
             const glm::vec4 sent = sent_[surfels_.all_crowded[numbers[k]].id];
             links_.crowded->each(numbers[k], [&](std::size_t i, float form_factor) { sum[i] += form_factor * sent; });
         }
     });
     out = std::move(parts[0]);
-    for (std::size_t i = 0; i < out.size(); ++i) out[i] += parts[1][i];
-    uncrowded_.assign(direct_.begin(), direct_.end());
+    uncrowded_.resize(direct_.size());
+    pool_.run_chunks(out.size(), kSurfelsAJob, [&](std::size_t first, std::size_t size) {
+        for (std::size_t i = first; i < first + size; ++i) out[i] += parts[1][i], uncrowded_[i] = direct_[i];
+    });
     for (const std::uint32_t n : numbers) {
         const std::size_t id = surfels_.all_crowded[n].id;
         uncrowded_[id] = sent_[id] = glm::vec4(0.0f);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "server/transport/residual.h"
 #include "server/transport/surfels.h"
 
 namespace gonio::transport {
@@ -15,11 +16,18 @@ constexpr std::size_t kMostColumns = 4;  // what the normal equations below have
 using Dots = std::array<std::array<glm::dvec3, kMostColumns + 1>, kMostColumns>;
 using Weights = std::array<glm::vec4, kMostColumns>;  // of each column, by channel
 
-// The larger one, or NaN where b is: a value that is not a number must not pass for a small one.
-glm::vec3 greater(const glm::vec3& a, const glm::vec3& b) {
-    glm::vec3 result;
-    for (int k = 0; k < 3; ++k) result[k] = a[k] >= b[k] ? a[k] : b[k];
+// The larger one, or NaN where either is: a value that is not a number must not pass for a small one.
+float greater(float a, float b) {
+    return a >= b || std::isnan(a) ? a : b;
+}
+template <typename Channels>
+Channels greater(const Channels& a, const Channels& b) {
+    Channels result;
+    for (int k = 0; k < Channels::length(); ++k) result[k] = greater(a[k], b[k]);
     return result;
+}
+float greatest_of(const glm::vec3& channels) {
+    return greater(greater(channels.r, channels.g), channels.b);
 }
 
 // What residuals are compared with, besides the light itself: 1 % of the channel's mean, a millionth of the brightest
@@ -71,36 +79,28 @@ FixedPoint::FixedPoint(std::vector<glm::vec4>& e, const glm::vec3& bound, unsign
 StepReport FixedPoint::step(const Bounce& bounce) {
     bounce(e_, f_);
     r_.resize(e_.size());
+    const glm::vec3 floor = floor_of(mean_);
     struct Found {
-        glm::vec3 residual{0.0f}, greatest{0.0f}, relative{0.0f};
+        Residual residual;
         glm::dvec3 change{0.0}, sum{0.0};
     };
-    const glm::vec3 floor = floor_of(mean_);
     const auto look = [&](std::size_t first, std::size_t count) {
-        Found found;
-        for (std::size_t i = first; i < first + count; ++i) {
-            r_[i] = f_[i] - e_[i];
-            const glm::vec3 off = glm::abs(glm::vec3(r_[i]));
-            found.residual = greater(found.residual, off);
-            found.greatest = glm::max(found.greatest, glm::vec3(f_[i]));
-            found.relative = greater(found.relative, off / (glm::vec3(f_[i]) + floor));
-            found.change += glm::dvec3(off);
-            found.sum += glm::dvec3(f_[i]);
-        }
-        return found;
+        const Residual residual = compare(std::span(e_).subspan(first, count), std::span(f_).subspan(first, count),
+                                          floor, std::span(r_).subspan(first, count));
+        return Found{residual, glm::dvec3(residual.change), glm::dvec3(residual.sum)};
     };
     const Found found = pool_.reduce_chunks(e_.size(), kSurfelsAJob, Found(), look, [](Found a, const Found& b) {
-        a.residual = greater(a.residual, b.residual), a.greatest = glm::max(a.greatest, b.greatest);
-        a.relative = greater(a.relative, b.relative);
+        a.residual.most = greater(a.residual.most, b.residual.most);
+        a.residual.greatest = glm::max(a.residual.greatest, b.residual.greatest);
+        a.residual.relative = greater(a.residual.relative, b.residual.relative);
         a.change += b.change, a.sum += b.sum;
         return a;
     });
     StepReport report;
-    report.residual = found.residual;
-    report.greatest = found.greatest;
-    report.by_channel = found.relative;
-    report.relative =
-        greater(greater(glm::vec3(found.relative.r), glm::vec3(found.relative.g)), glm::vec3(found.relative.b)).r;
+    report.residual = found.residual.most;
+    report.greatest = found.residual.greatest;
+    report.by_channel = found.residual.relative;
+    report.relative = greatest_of(report.by_channel);
     const double sum = found.sum.r + found.sum.g + found.sum.b;
     report.change = sum > 0.0 ? static_cast<float>((found.change.r + found.change.g + found.change.b) / sum) : 0.0f;
     mean_ = glm::vec3(found.sum / std::max(static_cast<double>(e_.size()), 1.0));
