@@ -1,6 +1,7 @@
 #include "server/lighting/surfel_light.h"
 
 #include <array>
+#include <cmath>
 #include <limits>
 
 namespace gonio::lighting {
@@ -17,17 +18,32 @@ float spot_share(const transport::Surfels& surfels, const std::vector<float>& di
 }
 
 constexpr float kNearRadii = 4.0f;
-// Distance from a surfel to a luminaire, or to the nearest of some points of its opening, m; infinite where it is
-// surely beyond kNearRadii.
-float distance_m(const transport::Surfels& surfels, std::size_t i, const DirectLight& luminaire) {
-    const glm::vec3 from = surfels.position(i) - luminaire.position;
-    const float near_m = kNearRadii * surfels.radius_m + (luminaire.parts ? luminaire.parts->radius_m : 0.0f);
-    if (glm::dot(from, from) > near_m * near_m) return std::numeric_limits<float>::infinity();
-    float least_m = glm::length(from);
-    if (luminaire.parts)
-        for (const glm::vec3& point : luminaire.parts->few) least_m = std::min(least_m, glm::distance(from, point));
-    return least_m;
-}
+// The distance from surfels to a luminaire, or to the nearest of some points of its opening.
+class Nearness {
+public:
+    Nearness(const transport::Surfels& surfels, const DirectLight& luminaire)
+        : surfels_(surfels), luminaire_(luminaire) {
+        const float near_m = kNearRadii * surfels.radius_m + (luminaire.parts ? luminaire.parts->radius_m : 0.0f);
+        near_m2_ = near_m * near_m;
+    }
+    // Result: m; infinite where it is surely beyond kNearRadii, as it is nearly everywhere.
+    float distance_m(std::size_t i) const {
+        const glm::vec3 from = surfels_.position(i) - luminaire_.position;
+        const float from_m2 = glm::dot(from, from);
+        return from_m2 > near_m2_ ? std::numeric_limits<float>::infinity() : least_m(from, std::sqrt(from_m2));
+    }
+
+private:
+    float least_m(const glm::vec3& from, float least_m) const {
+        if (luminaire_.parts)
+            for (const glm::vec3& point : luminaire_.parts->few)
+                least_m = std::min(least_m, glm::distance(from, point));
+        return least_m;
+    }
+    const transport::Surfels& surfels_;
+    const DirectLight& luminaire_;
+    float near_m2_;
+};
 // 1: the distance is less than that between surfels so far apart, 0: it is kNearRadii times as much.
 float near_share(float distance_m, float spacing_m) {
     return 1.0f - glm::smoothstep(2.0f, kNearRadii, distance_m / spacing_m);
@@ -36,8 +52,9 @@ float near_share(float distance_m, float spacing_m) {
 }  // namespace
 
 bool takes_flux(const transport::Surfels& surfels, const DirectLight& luminaire, const std::vector<float>& direct) {
+    const Nearness nearness(surfels, luminaire);
     for (std::size_t i = 0; i < surfels.count; ++i) {
-        if (distance_m(surfels, i, luminaire) < kNearRadii * surfels.radius_m) return true;
+        if (nearness.distance_m(i) < kNearRadii * surfels.radius_m) return true;
     }
     return spot_share(surfels, direct) > 0.0f;
 }
@@ -84,11 +101,12 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
         double rays_lm = 0.0, shown_lm = 0.0, landed = 0.0;  // flux as rays land and as it is lit, and rays
     };
     constexpr std::size_t kChunk = 1024;
+    const Nearness nearness(surfels, luminaire);
     std::vector<float> near(surfels.count, 0.0f);
     const auto take = [&](std::size_t first, std::size_t count) {
         Near found;
         for (std::size_t i = first; i < first + count; ++i) {
-            const float from_m = distance_m(surfels, i, luminaire);
+            const float from_m = nearness.distance_m(i);
             if (!(landed[i] > 0.0f || everywhere > 0.0f || std::isfinite(from_m))) continue;
             near[i] = near_share(from_m, surfels.radius_m);
             // A few rays say less than the centre, however near; so do all rays where surfels are small for the way.
