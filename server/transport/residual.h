@@ -15,8 +15,8 @@ struct Residual {
     glm::vec4 sum{0.0f};       // sum of F
 };
 
-// Result: over spans of one size, of which the sums stay exact to 1e-4 up to a few thousand. floor: added to what F is
-// divided by, above 0 in the first three channels; the fourth counts for nothing. r: becomes F - E.
+// Compares spans of one size. Sums stay exact to 1e-4 up to a few thousand values. `floor` is above 0 and is added to
+// what F is divided by; the fourth channel counts for nothing. `r` becomes F - E.
 Residual compare(std::span<const glm::vec4> e, std::span<const glm::vec4> f, const glm::vec3& floor,
                  std::span<glm::vec4> r);
 

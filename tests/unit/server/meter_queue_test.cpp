@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <thread>
+#include <vector>
 
 #include "protocol/schema/gonio.pb.h"
 #include "server/assets/assets.h"
@@ -15,31 +16,47 @@ namespace {
 
 using namespace std::chrono_literals;
 
+struct Metered {
+    glm::dvec3 point{0.0};
+    LiveRenderer::MeterQuality quality{};
+};
+
 class Lit : public NullRenderer {
 public:
-    explicit Lit(Readiness& there) : there_(there) {}
+    Lit(Readiness& there, std::vector<Metered>& metered) : there_(there), metered_(metered) {}
     Readiness ready(const Scene&) override { return there_; }
+    v1::MeterReading meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& normal, MeterQuality quality,
+                           int bounces) override {
+        metered_.push_back({point, quality});
+        return NullRenderer::meter(scene, point, normal, quality, bounces);
+    }
 
 private:
     Readiness& there_;
+    std::vector<Metered>& metered_;
 };
 
 class MetersInTheDark : public testing::Test {
 protected:
-    void ask(MeterQueue& meters) {
+    static Work asked() {
         Work work;
         work.session = 1;
         work.message.set_request_id(1);
+        return work;
+    }
+    void ask(MeterQueue& meters, Quality quality = Quality::interactive) {
         MeterRequest request;
+        request.quality = quality;
         request.points.push_back({.position = {0, 0, 0}, .normal = {0, 1, 0}});
-        meters.add(work, scene, std::move(request), replies);
+        meters.add(asked(), scene, std::move(request), replies);
     }
 
     Readiness there = Readiness::part;
     std::size_t answers = 0;
+    std::vector<Metered> metered;
     const Scene scene = scene_of(make_cornell());
     Replies replies{[this](std::uint32_t, v1::ServerMessage) { ++answers; }, scene};
-    GuardedRenderer renderer{std::make_unique<Lit>(there), [] { return false; }};
+    GuardedRenderer renderer{std::make_unique<Lit>(there, metered), [] { return false; }};
 };
 
 TEST_F(MetersInTheDark, WaitForAllLinks) {
@@ -63,6 +80,23 @@ TEST_F(MetersInTheDark, TakeWhatThereIsInTheEnd) {
     EXPECT_FALSE(meters.advance(renderer, replies)) << "no other waits";
     EXPECT_EQ(answers, 1u);
     EXPECT_TRUE(meters.empty());
+}
+
+TEST_F(MetersInTheDark, AreReadWhereAndAsTheyWereAsked) {
+    MeterQueue meters;
+    there = Readiness::all;
+    ask(meters);
+    ask(meters, Quality::rsm);
+    Picked picked;
+    picked.point.position = {1, 2, 3};
+    meters.add(asked(), scene, picked, replies);
+    while (meters.advance(renderer, replies)) continue;
+    EXPECT_EQ(answers, 3u);
+    ASSERT_EQ(metered.size(), 3u);
+    EXPECT_EQ(metered[0].quality, LiveRenderer::MeterQuality::interactive);
+    EXPECT_EQ(metered[1].quality, LiveRenderer::MeterQuality::rsm);
+    EXPECT_EQ(metered[2].quality, LiveRenderer::MeterQuality::interactive);
+    EXPECT_EQ(metered[2].point, glm::dvec3(1, 2, 3));
 }
 
 }  // namespace
