@@ -100,7 +100,6 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
     struct Near {
         double rays_lm = 0.0, shown_lm = 0.0, landed = 0.0;  // flux as rays land and as it is lit, and rays
     };
-    constexpr std::size_t kChunk = 1024;
     const Nearness nearness(surfels, luminaire);
     std::vector<float> near(surfels.count, 0.0f);
     const auto take = [&](std::size_t first, std::size_t count) {
@@ -119,9 +118,10 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
         }
         return found;
     };
-    const Near all_near = pool.reduce_chunks(surfels.count, kChunk, Near(), take, [](Near a, const Near& b) {
-        return Near{a.rays_lm + b.rays_lm, a.shown_lm + b.shown_lm, a.landed + b.landed};
-    });
+    const Near all_near =
+        pool.reduce_chunks(surfels.count, transport::kSurfelsAJob, Near(), take, [](Near a, const Near& b) {
+            return Near{a.rays_lm + b.rays_lm, a.shown_lm + b.shown_lm, a.landed + b.landed};
+        });
     // Few rays meet each surfel near the luminaire, but all of them together tell the flux there. It says nothing where
     // normal maps turn surfels: their light is then less than the flux on them.
     if (!(all_near.shown_lm > 0.0) || surfels.detailed) return;

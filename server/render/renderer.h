@@ -43,9 +43,9 @@ struct MaterialTable;
 // Positions where luminaires or eyes came later and that walks for surfels begin at too: of a scene.
 inline constexpr std::size_t kMostLaterSeeds = 8;
 
-// The light paths of a scene as far as they are made, and what they are made of. Of one that is shown, and one each
-// that captures and meters wait for. Of more one goes that is neither.
+// One scene is shown, captures may wait for another one, and meters for a third. Their transports are kept.
 inline constexpr std::size_t kMostKnownTransports = 3;
+// The light paths of a scene as far as they are made, and what they are made of.
 struct SceneTransport {
     std::shared_ptr<const SceneAsset> asset;
     std::shared_ptr<const trace::Geometry> traced;
@@ -151,6 +151,7 @@ private:
 
     const bool direct_by_rays_;
     std::vector<const SceneAsset*> awaited_;
+    const SceneAsset* shown_ = nullptr;  // of the last live frame; compared, never read
     bool watched_ = true, refines_ = false, transport_beside_ = false, settled_ = true;
     std::size_t quality_level_ = 0;
     int rsm_size_ = kRsmSize;

@@ -24,6 +24,7 @@ std::deque<std::shared_ptr<SceneTransport>>& known_transports() {
 }  // namespace
 
 void Renderer::prepare_geometry(const Scene& scene, bool live) {
+    if (live) shown_ = scene.asset.get();
     if (!geometry_ || &geometry_->asset() != scene.asset.get()) {
         geometry_ = std::make_unique<GpuScene>(scene.asset);
         bodies_.reset();
@@ -45,7 +46,6 @@ void Renderer::begin_transport(SceneTransport& made) const {
                                                         std::min(made.links, transport::kMostForwardLinks),
                                                         transport_beside_, made.cells);
     if (transport_beside_) made.builder->hold(!watched_);
-    if (!fixed_seeds_.empty() && fixed_narrow_) made.builder->want(made.links);
     if (!transport_beside_) made.builder->wait();
 }
 
@@ -73,10 +73,11 @@ bool Renderer::looked_at(const Scene& scene) {
 // Begins it, or begins it anew for positions that its light does not reach.
 std::shared_ptr<SceneTransport> Renderer::transport_of(const Scene& scene) {
     std::shared_ptr<SceneTransport> made = known_transport(scene);
-    const bool fixed = !fixed_seeds_.empty(), begins = !made;
+    const bool fixed = !fixed_seeds_.empty(), begins = !made,
+               is_here = geometry_ && &geometry_->asset() == scene.asset.get();
     if (begins)
         made = std::make_shared<SceneTransport>(SceneTransport{.asset = scene.asset,
-                                                               .traced = trace::geometry_of(scene),
+                                                               .traced = is_here ? traced_ : trace::geometry_of(scene),
                                                                .surfels = surfels_,
                                                                .links = links_,
                                                                .cells = !direct_by_rays_});
@@ -94,7 +95,7 @@ std::shared_ptr<SceneTransport> Renderer::transport_of(const Scene& scene) {
         auto& known = known_transports();
         if (known.size() == kMostKnownTransports) {
             const auto needless = std::ranges::find_if(known, [&](const auto& one) {
-                return one != own_ && std::ranges::find(awaited_, one->asset.get()) == awaited_.end();
+                return one->asset.get() != shown_ && std::ranges::find(awaited_, one->asset.get()) == awaited_.end();
             });
             known.erase(needless == known.end() ? known.begin() : needless);
         }
@@ -123,11 +124,11 @@ void Renderer::prepare_transport(const Scene& scene) {
         transport_of(scene);
     }
     // Those for narrow beams are made where there is one.
-    if (fixed_seeds_.empty() && own_->links > transport::kMostForwardLinks &&
-        std::any_of(scene.lights.begin(), scene.lights.end(), [&](const Light& light) {
-            const auto gpu = lights_.find(light.id);
-            return gpu != lights_.end() && gpu->second.irradiance.narrow > 0.0f;
-        })) {
+    const auto is_narrow = [&](const Light& light) {
+        const auto gpu = lights_.find(light.id);
+        return gpu != lights_.end() && gpu->second.irradiance.narrow > 0.0f;
+    };
+    if (fixed_seeds_.empty() ? std::ranges::any_of(scene.lights, is_narrow) : fixed_narrow_) {
         own_->builder->want(own_->links);
         if (!transport_beside_) own_->builder->wait();
     }
@@ -155,7 +156,7 @@ Readiness Renderer::ready(const Scene& scene) {
     const std::shared_ptr<SceneTransport> made = transport_of(scene);
     made->builder->hold(false);
     if (made->builder->done()) return Readiness::all;
-    return made->builder->newest() || (made == own_ && transport_) ? Readiness::part : Readiness::none;
+    return made->builder->newest() ? Readiness::part : Readiness::none;
 }
 
 v1::TransportStats Renderer::transport_stats() {

@@ -32,7 +32,7 @@ public:
         }
         return !gpu_lost_();
     }
-    // LiveRenderer::ready(); none without the GPU.
+    // LiveRenderer::ready(). It says nothing of the GPU: what draws afterwards finds out.
     Readiness ready(const Scene& scene) {
         Readiness there = Readiness::none;
         draws([&] { there = renderer_->ready(scene); });

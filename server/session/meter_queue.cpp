@@ -51,13 +51,14 @@ void MeterQueue::finish_point(Metering& metering, const trace::MeterPoint& point
     metering.readings.push_back(std::move(reading));
 }
 
-bool MeterQueue::advance(GuardedRenderer& renderer, Replies& replies) {
+bool MeterQueue::advance(const Scene& now, GuardedRenderer& renderer, Replies& replies) {
     const std::int64_t until_ns = monotonic_ns() + kSliceNs;
     const SceneAsset* const asset = next_asset();  // of another one the renderer is told first: set_awaited()
     while (!waiting_.empty() && next_asset() == asset && monotonic_ns() < until_ns) {
         const Metering& metering = waiting_.front();
         const Readiness there = renderer.ready(metering.scene);
-        const bool patient = monotonic_ns() - metering.asked_ns < patience_.count();
+        const bool patient =
+            metering.scene.asset == now.asset || monotonic_ns() - metering.asked_ns < patience_.count();
         if (there == Readiness::none || (there == Readiness::part && patient)) return false;
         if (advance_first(renderer, replies, until_ns)) waiting_.pop_front();
     }

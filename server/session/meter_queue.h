@@ -16,16 +16,18 @@ inline constexpr std::size_t kMaxMeters = 64;  // points and grids; beyond it: "
 
 class MeterQueue {
 public:
-    // A meter waits this long for all links of its scene's light. Then it takes what there is, and states its larger
-    // error: where scenes come and go, or luminaires go where no light was, the last links may never be made.
+    // A meter waits until all links of its scene's light are made. Where that scene has been replaced its patience
+    // ends. Then it reads what there is, with a larger stated error. While scenes come and go, nobody knows when the
+    // last links will be made.
     explicit MeterQueue(std::chrono::nanoseconds patience = std::chrono::seconds(10)) : patience_(patience) {}
 
     // The meter is read in the scene as it is now.
     void add(const Work& work, const Scene& scene, MeterRequest request, Replies& replies);
     void add(const Work& work, const Scene& scene, Picked picked, Replies& replies);
-    // Reads points, the oldest meter's first, until 8 ms are over; answers the meters that are complete. Result:
-    // whether there is more to do at once; else none waits, or the oldest waits for light that other threads make.
-    bool advance(GuardedRenderer& renderer, Replies& replies);
+    // Reads points, the oldest meter's first, until 8 ms are over; answers the meters that are complete. now: the scene
+    // that is shown. Result: whether there is more to do at once; else none waits, or the oldest waits for light that
+    // other threads make.
+    bool advance(const Scene& now, GuardedRenderer& renderer, Replies& replies);
     void forget_session(std::uint32_t session);
     // Result: whether there was such a meter, which is given up; its answer is the caller's.
     bool cancel(std::uint32_t session, std::uint32_t request_id);

@@ -1,7 +1,9 @@
 #include "server/session/mounts.h"
 
+#include <algorithm>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "protocol/schema/command.pb.h"
@@ -12,121 +14,138 @@
 namespace gonio {
 namespace {
 
-struct Refusal {
-    Error error;
+// A part of a command that says something of lights.
+struct Part {
+    v1::SetLight* set;
+    std::string prefix;               // of its fields
+    std::vector<std::string> lights;  // that it is said of
+    bool own;                         // of one light that it names itself
 };
 
-// Takes `mount` out of what is said of a light. Result: whether it was said.
-bool take_mount(v1::SetLight& set, const std::string& prefix) {
-    if (!set.has_mount()) return false;
-    if (set.mount() != "recessed")
-        throw Refusal{{"invalid_argument", prefix + "mount", set.mount(), "it is \"recessed\" or not said"}};
-    set.clear_mount();
-    return true;
-}
-
-void add_lights_of(const Scene& scene, const std::string& name, std::vector<std::string>& names) {
+std::vector<std::string> lights_of(const Scene& scene, const std::string& name) {
     const auto group = scene.groups.find(name);
-    if (group == scene.groups.end())
-        names.push_back(name);
-    else
-        names.insert(names.end(), group->second.begin(), group->second.end());
+    return group == scene.groups.end() ? std::vector<std::string>{name} : group->second;
 }
 
-// Takes all mounts out of a command. Result: the lights that are to be mounted.
-std::vector<std::string> take_mounts(const Scene& scene, v1::Command& command) {
-    std::vector<std::string> names;
-    if (command.has_set_light() && take_mount(*command.mutable_set_light(), "set_light.")) {
-        add_lights_of(scene, command.set_light().name(), names);
-    } else if (command.has_add_light() &&
-               take_mount(*command.mutable_add_light()->mutable_light(), "add_light.light.")) {
-        names.push_back(command.add_light().light().name());
+std::vector<Part> parts_of(const Scene& scene, v1::Command& command) {
+    std::vector<Part> parts;
+    if (command.has_set_light()) {
+        v1::SetLight& set = *command.mutable_set_light();
+        parts.push_back({&set, "set_light.", lights_of(scene, set.name()), !scene.groups.contains(set.name())});
+    } else if (command.has_add_light()) {
+        v1::SetLight& set = *command.mutable_add_light()->mutable_light();
+        parts.push_back({&set, "add_light.light.", {set.name()}, true});
     } else if (command.has_edit_lights()) {
         v1::EditLights& edit = *command.mutable_edit_lights();
-        for (v1::SetLight& set : *edit.mutable_set())
-            if (take_mount(set, "edit_lights.set.")) names.push_back(set.name());
-        if (edit.has_same() && take_mount(*edit.mutable_same(), "edit_lights.same."))
-            for (const std::string& name : edit.names()) add_lights_of(scene, name, names);
+        for (v1::SetLight& set : *edit.mutable_set()) parts.push_back({&set, "edit_lights.set.", {set.name()}, true});
+        if (edit.has_same()) {
+            Part& same = parts.emplace_back(Part{edit.mutable_same(), "edit_lights.same.", {}, false});
+            for (const std::string& name : edit.names())
+                for (std::string& light : lights_of(scene, name)) same.lights.push_back(std::move(light));
+        }
         for (v1::AddLight& add : *edit.mutable_add())
-            if (take_mount(*add.mutable_light(), "edit_lights.add.light.")) names.push_back(add.light().name());
+            parts.push_back({add.mutable_light(), "edit_lights.add.light.", {add.light().name()}, true});
     }
-    return names;
+    return parts;
 }
 
-// Puts positions in the place of a command's own. A set_light becomes the edit_lights of the same lights.
-void put_positions(v1::Command& command, const std::map<std::string, glm::dvec3>& positions) {
-    const auto put = [&](v1::SetLight& set, const glm::dvec3& position) {
-        set.clear_position_m();
-        for (int k = 0; k < 3; ++k) set.add_position_m(position[k]);
-    };
-    if (command.has_add_light()) return put(*command.mutable_add_light()->mutable_light(), positions.begin()->second);
-    if (command.has_set_light()) {
+using Mounted = std::map<std::string, std::string>;  // by name of the light: the field that says so
+
+// Takes all mounts out of a command.
+std::optional<Error> take_mounts(const std::vector<Part>& parts, Mounted& mounted) {
+    for (const Part& part : parts) {
+        if (!part.set->has_mount()) continue;
+        const std::string field = part.prefix + "mount";
+        if (part.set->mount() != "recessed")
+            return Error{"invalid_argument", field, part.set->mount(), "it is \"recessed\" or not said"};
+        part.set->clear_mount();
+        for (const std::string& light : part.lights) mounted.emplace(light, field);
+    }
+    return std::nullopt;
+}
+
+// The scene as it would be without the mounts. Gobos shine no farther, and what is to be told of their pictures is told
+// once, when the command itself is applied.
+Result<Scene> applied_to(const Scene& scene, v1::Command command, const Loaded& loaded) {
+    for (const Part& part : parts_of(scene, command)) part.set->clear_gobo();
+    Scene after = scene;
+    if (auto applied = apply(after, command, loaded); !applied) return applied.error();
+    return after;
+}
+
+void put(v1::SetLight& set, const glm::dvec3& position) {
+    set.clear_position_m();
+    for (int k = 0; k < 3; ++k) set.add_position_m(position[k]);
+}
+
+// Puts positions in the place of a command's own. A set_light of a group becomes the edit_lights of its lights. Error:
+// "conflict" where lights that are mounted and others are to have one position.
+std::optional<Error> put_positions(const Scene& scene, v1::Command& command, std::map<std::string, glm::dvec3> left) {
+    const auto is_mounted = [&left](const std::string& light) { return left.contains(light); };
+    if (command.has_set_light() && scene.groups.contains(command.set_light().name())) {
         v1::EditLights edit;
         *edit.mutable_same() = command.set_light();
-        edit.add_names(command.set_light().name());
         edit.mutable_same()->clear_name();
+        for (const std::string& light : lights_of(scene, command.set_light().name())) edit.add_names(light);
         *command.mutable_edit_lights() = std::move(edit);
     }
-    v1::EditLights& edit = *command.mutable_edit_lights();
-    std::map<std::string, glm::dvec3> left = positions;
-    const auto put_own = [&](v1::SetLight& set) {
-        const auto own = left.find(set.name());
-        if (own == left.end()) return;
-        put(set, own->second);
-        left.erase(own);
-    };
-    for (v1::SetLight& set : *edit.mutable_set()) put_own(set);
-    for (v1::AddLight& add : *edit.mutable_add()) put_own(*add.mutable_light());
-    if (edit.has_same() && !left.empty()) edit.mutable_same()->clear_position_m();
+    const std::vector<Part> parts = parts_of(scene, command);
+    for (const Part& part : parts) {
+        if (part.set->position_m_size() == 0 || std::ranges::none_of(part.lights, is_mounted)) continue;
+        if (!std::ranges::all_of(part.lights, is_mounted))
+            return Error{"conflict", part.prefix + "position_m", "",
+                         "some of these lights are mounted, others are not"};
+        part.set->clear_position_m();
+    }
+    for (const Part& part : parts) {
+        if (!part.own) continue;
+        if (const auto found = left.find(part.lights.front()); found != left.end()) {
+            put(*part.set, found->second);
+            left.erase(found);
+        }
+    }
     for (const auto& [name, position] : left) {
-        v1::SetLight& set = *edit.add_set();
+        v1::SetLight& set = *command.mutable_edit_lights()->add_set();
         set.set_name(name);
         put(set, position);
     }
+    return std::nullopt;
 }
 
 }  // namespace
 
 std::optional<Error> carry_out_mounts(const Scene& scene, v1::Command& command, const Loaded& loaded) {
-    std::string field;
-    if (command.has_recess_light()) {
-        field = "recess_light.name";
+    const bool recesses = command.has_recess_light();
+    if (recesses) {
         v1::SetLight set;
         set.set_name(command.recess_light().name());
         set.set_mount("recessed");
         *command.mutable_set_light() = std::move(set);
     }
-    try {
-        const std::vector<std::string> names = take_mounts(scene, command);
-        if (names.empty()) return std::nullopt;
-        if (field.empty())
-            field = command.has_set_light()   ? "set_light.mount"
-                    : command.has_add_light() ? "add_light.light.mount"
-                                              : "edit_lights.mount";
-        Scene after = scene;
-        if (auto applied = apply(after, command, loaded); !applied) {
-            Error error = applied.error();
-            if (field == "recess_light.name") error.where = field;
-            return error;
-        }
-        std::map<std::string, glm::dvec3> positions;
-        for (const std::string& name : names) {
-            const Light& light = *find_light(after, name);
-            if (light.sun) return Error{"unsupported", field, name, "a sun has no place"};
-            if (!after.traced)
-                return Error{"unsupported", field, name, "the scene's surfaces are not ready for rays yet"};
-            const auto position = trace::recessed_position(*after.traced, light);
-            if (!position)
-                return Error{
-                    "not_found", field, name,
-                    "there is no surface within 0.5 m before or behind it, before which it would shine freely"};
-            positions[name] = *position;
-        }
-        put_positions(command, positions);
-    } catch (const Refusal& refusal) {
-        return refusal.error;
+    Mounted mounted;
+    if (auto refused = take_mounts(parts_of(scene, command), mounted)) return refused;
+    if (mounted.empty()) return std::nullopt;
+    const auto refused = [&](Error error) {
+        if (recesses) error.where = "recess_light.name";
+        return error;
+    };
+    const Result<Scene> after = applied_to(scene, command, loaded);
+    if (!after) return refused(after.error());
+    std::map<std::string, glm::dvec3> positions;
+    for (const auto& [name, field] : mounted) {
+        const Light* const light = find_light(*after, name);
+        if (light == nullptr) continue;  // the same command removes it
+        if (light->sun) return refused({"unsupported", field, name, "a sun has no place"});
+        if (!after->traced)
+            return refused({"unsupported", field, name, "the scene's surfaces are not ready for rays yet"});
+        const auto position = trace::recessed_position(*after->traced, *light);
+        if (!position)
+            return refused(
+                {"not_found", field, name,
+                 "there is no surface within 0.5 m before or behind it, before which it would shine freely"});
+        positions[name] = *position;
     }
-    return std::nullopt;
+    return put_positions(scene, command, std::move(positions));
 }
 
 }  // namespace gonio

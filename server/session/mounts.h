@@ -10,10 +10,11 @@
 
 namespace gonio {
 
-// Turns a recess_light, and every SetLight::mount of a command, into the positions that carry them out: an edit_lights,
-// or an add_light with a position. Other commands stay as they are. loaded: the command's files. Errors: those of
-// apply(); "not_found" (no light or group, no surface within half a metre), "invalid_argument" (another way of
-// mounting), "unsupported" (sun, nothing to cast rays in).
+// Puts positions in the place of a recess_light and of every SetLight::mount of a command. What was said of a group
+// becomes an edit_lights of its lights. Other commands stay as they are. loaded: the command's files. Errors: those of
+// apply(), and "invalid_argument" for another way of mounting. "not_found" means that there is no such light or group,
+// or no surface within half a metre. "unsupported": a sun, or nothing to cast rays in. "conflict": one position for
+// lights that are mounted and others.
 std::optional<Error> carry_out_mounts(const Scene& scene, v1::Command& command, const Loaded& loaded);
 
 }  // namespace gonio

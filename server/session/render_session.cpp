@@ -531,7 +531,7 @@ void RenderSession::continue_work() {
     while (const auto work = captures_.take_due(scene_.scene_rev)) answer_capture(*work);
     captures_.refuse_overdue(replies_);
     await_assets();
-    const bool meters_go_on = meters_.advance(renderer_, replies_),
+    const bool meters_go_on = meters_.advance(scene_, renderer_, replies_),
                captures_go_on = captures_.advance(renderer_, replies_);
     wait_for_light_ = !meters_go_on && !captures_go_on;
     reference_.tick();

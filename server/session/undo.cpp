@@ -48,8 +48,12 @@ std::string edit_label(const v1::EditLights& edit) {
     if (edit.add_size() > 0) return "add " + count_of_lights(edit.add_size());
     if (edit.remove_size() > 0) return "remove " + count_of_lights(edit.remove_size());
     v1::SetLight set = edit.same();  // which properties: those of all
-    for (const v1::SetLight& each : edit.set()) set.MergeFrom(each);
-    set.set_name(count_of_lights(edit.set_size() + edit.names_size()));
+    std::set<std::string> names(edit.names().begin(), edit.names().end());
+    for (const v1::SetLight& each : edit.set()) {
+        set.MergeFrom(each);
+        names.insert(each.name());
+    }
+    set.set_name(names.size() == 1 ? *names.begin() : count_of_lights(static_cast<int>(names.size())));
     return light_label(set);
 }
 

@@ -94,10 +94,12 @@ std::optional<glm::dvec3> recessed_position(const Geometry& geometry, const Ligh
     const Outflow now = outflow_of(geometry, *luminaire);
     const glm::vec3 from(luminaire->position), along(now.middle);
     SurfaceHit hit;
-    const bool hidden = gets_nowhere(now);
-    if (!hidden && geometry.closest(from + along * geometry.step_off(from), -along, 0.0f, false, hit) &&
-        static_cast<double>(hit.distance) <= kRecess_m)
+    if (!gets_nowhere(now)) {
+        if (!geometry.closest(from + along * geometry.step_off(from), -along, 0.0f, false, hit) ||
+            static_cast<double>(hit.distance) > kRecess_m)
+            return std::nullopt;
         return light.position + now.middle * (kInFront_m - static_cast<double>(hit.distance - geometry.step_off(from)));
+    }
     // A housing, the ceiling below it, and what else lies upon each other there.
     constexpr int kMostSurfaces = 32;
     float beyond = geometry.step_off(from);
@@ -106,8 +108,7 @@ std::optional<glm::dvec3> recessed_position(const Geometry& geometry, const Ligh
         Luminaire moved = *luminaire;
         const glm::dvec3 by = now.middle * (static_cast<double>(hit.distance) + kInFront_m);
         moved.position += by;
-        const Outflow then = outflow_of(geometry, moved);
-        if (hidden ? !gets_nowhere(then) : then.lands >= kLandsAtLeast) return light.position + by;
+        if (!gets_nowhere(outflow_of(geometry, moved))) return light.position + by;
         beyond = hit.distance + geometry.step_off(from);
     }
     return std::nullopt;

@@ -24,8 +24,8 @@ struct Obstacle {
 std::optional<Obstacle> obstacle_of(const Geometry& geometry, const Light& light);
 
 // Result: where the light shines freely, world, m: kInFront_m before a surface along the middle of its light, the first
-// one that lets it. A light that shines freely goes before the surface behind it; if there is none, before the first
-// one beyond which its light lands. Nothing where there is no such surface within kRecess_m, and for suns.
+// one that lets it. A light that shines freely goes before the surface behind it. Nothing where there is no such
+// surface within kRecess_m, and for suns.
 std::optional<glm::dvec3> recessed_position(const Geometry& geometry, const Light& light);
 
 }  // namespace gonio::trace

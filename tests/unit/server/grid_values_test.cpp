@@ -220,7 +220,7 @@ TEST(GridValues, InteractiveCylindersHaveTheClosedFormToo) {
         Work work;
         work.message.set_request_id(1);
         queue.add(work, scene, std::move(request), out);
-        for (int turns = 0; !queue.empty() && turns < 100; ++turns) queue.advance(renderer, out);
+        for (int turns = 0; !queue.empty() && turns < 100; ++turns) queue.advance(scene, renderer, out);
         ASSERT_EQ(replies.size(), 1u);
         EXPECT_NEAR(replies[0].grid_values().values_lx(0), expected_lx, 2e-3) << quantity;
         EXPECT_EQ(read, 12);
