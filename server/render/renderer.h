@@ -136,6 +136,7 @@ private:
     std::shared_ptr<SceneTransport> known_transport(const Scene& scene) const;
     std::shared_ptr<SceneTransport> transport_of(const Scene& scene);
     bool looked_at(const Scene& scene);
+    bool is_wanted(const SceneTransport& made) const;  // shown, captured or metered
     v1::FrameReport run(const FrameInputs& inputs, std::vector<SlotRef> wanted, Timers& timers);
     bool continue_first_bounces(CaptureJob& job, const FrameInputs& inputs);
     void choose_layers(FrameInputs& inputs);

@@ -34,22 +34,25 @@ void Renderer::prepare_geometry(const Scene& scene, bool live) {
         ++generation_;
         drawn_.reset();
         if (scene.drawn && scene.drawn->geometry == traced_) drawn_ = scene.drawn;
-        if (live)
-            std::erase_if(known_transports(), [&](const auto& one) {
-                return one->asset != scene.asset && std::ranges::find(awaited_, one->asset.get()) == awaited_.end();
-            });
+        if (live) std::erase_if(known_transports(), [&](const auto& one) { return !is_wanted(*one); });
     }
+}
+
+bool Renderer::is_wanted(const SceneTransport& made) const {
+    return made.asset.get() == shown_ || std::ranges::find(awaited_, made.asset.get()) != awaited_.end();
 }
 
 void Renderer::begin_transport(SceneTransport& made) const {
     made.builder = std::make_shared<transport::Builder>(made.traced, made.seeds, made.surfels,
                                                         std::min(made.links, transport::kMostForwardLinks),
                                                         transport_beside_, made.cells);
-    if (transport_beside_) made.builder->hold(!watched_);
-    if (!transport_beside_) made.builder->wait();
+    if (transport_beside_)
+        made.builder->hold(!watched_);
+    else
+        made.builder->wait();
 }
 
-// Result: null: none was begun.
+// Result: the scene's transport as far as it is made; null if nobody has asked for it yet.
 std::shared_ptr<SceneTransport> Renderer::known_transport(const Scene& scene) const {
     if (own_ && own_->asset == scene.asset) return own_;
     const auto& known = known_transports();
@@ -60,7 +63,7 @@ std::shared_ptr<SceneTransport> Renderer::known_transport(const Scene& scene) co
     return found == known.end() ? nullptr : *found;
 }
 
-// Result: whether it was asked of this revision before; of fixed seeds, of any.
+// Result: whether this revision of the scene was asked about before. With fixed seeds, any revision counts.
 bool Renderer::looked_at(const Scene& scene) {
     const std::pair<const SceneAsset*, Revision> one(scene.asset.get(), scene.scene_rev);
     for (const auto& [asset, rev] : looked_)
@@ -70,7 +73,8 @@ bool Renderer::looked_at(const Scene& scene) {
     return false;
 }
 
-// Begins it, or begins it anew for positions that its light does not reach.
+// Result: the scene's transport. Begins it if there is none, and again if a luminaire or the eye has come to where its
+// light does not reach.
 std::shared_ptr<SceneTransport> Renderer::transport_of(const Scene& scene) {
     std::shared_ptr<SceneTransport> made = known_transport(scene);
     const bool fixed = !fixed_seeds_.empty(), begins = !made,
@@ -94,14 +98,11 @@ std::shared_ptr<SceneTransport> Renderer::transport_of(const Scene& scene) {
         begin_transport(*made);
         auto& known = known_transports();
         if (known.size() == kMostKnownTransports) {
-            const auto needless = std::ranges::find_if(known, [&](const auto& one) {
-                return one->asset.get() != shown_ && std::ranges::find(awaited_, one->asset.get()) == awaited_.end();
-            });
+            const auto needless = std::ranges::find_if(known, [&](const auto& one) { return !is_wanted(*one); });
             known.erase(needless == known.end() ? known.begin() : needless);
         }
         known.push_back(made);
     }
-    // A luminaire or an eye has come to where no light could go before.
     if (!made->builder->done() || !made->builder->newest() || looked_at(scene)) return made;
     const std::size_t before = made->seeds.size();  // a point next to one of them has had its turn
     for (const glm::vec3& position : positions) {
@@ -117,13 +118,10 @@ std::shared_ptr<SceneTransport> Renderer::transport_of(const Scene& scene) {
 }
 
 void Renderer::prepare_transport(const Scene& scene) {
-    if (!own_) {
-        own_ = transport_of(scene);
-        if (transport_beside_) own_->builder->hold(!watched_);
-    } else {
-        transport_of(scene);
-    }
-    // Those for narrow beams are made where there is one.
+    const bool first = !own_;
+    own_ = transport_of(scene);
+    if (first && transport_beside_) own_->builder->hold(!watched_);
+    // The last generations of links only help narrow beams, so they are traced only for scenes that have one.
     const auto is_narrow = [&](const Light& light) {
         const auto gpu = lights_.find(light.id);
         return gpu != lights_.end() && gpu->second.irradiance.narrow > 0.0f;
@@ -151,9 +149,10 @@ void Renderer::set_watched(bool watched) {
 
 Readiness Renderer::ready(const Scene& scene) {
     if (scene.technique != Technique::standard) return Readiness::all;
-    // Another scene stays in its place: to change them would make all its light anew.
-    if (own_ && own_->asset == scene.asset) prepare_transport(scene);
-    const std::shared_ptr<SceneTransport> made = transport_of(scene);
+    // If another scene is in place it stays there. Putting this one in its place would light that one anew afterwards.
+    const bool in_place = own_ && own_->asset == scene.asset;
+    if (in_place) prepare_transport(scene);
+    const std::shared_ptr<SceneTransport> made = in_place ? own_ : transport_of(scene);
     made->builder->hold(false);
     if (made->builder->done()) return Readiness::all;
     return made->builder->newest() ? Readiness::part : Readiness::none;

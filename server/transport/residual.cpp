@@ -10,7 +10,7 @@ namespace gonio::transport {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// The four channels are one vector, or, without vectors, one channel at a time is.
+// Compares all four channels at once, or one after the other on a machine without vectors.
 void Compare(const glm::vec4* e, const glm::vec4* f, std::size_t size, const glm::vec4& floor, glm::vec4* r,
              Residual& found) {
     using Four = hn::CappedTag<float, 4>;

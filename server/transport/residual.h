@@ -1,4 +1,4 @@
-// What a bounce changes, over all surfels at once. Any thread.
+// By how much a bounce changes the light of a run of surfels. Any thread.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -6,7 +6,7 @@
 
 namespace gonio::transport {
 
-// By channel, in the unit of E. What is compared is E and F(E), the light after one bounce more.
+// Compares E with F(E), the light after one more bounce. By channel, in the unit of E.
 struct Residual {
     glm::vec4 most{0.0f};      // max |F - E|
     glm::vec4 greatest{0.0f};  // max F
