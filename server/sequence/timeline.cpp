@@ -42,6 +42,12 @@ void take_exposure(Scene& scene, v1::Command& command, const std::string& place)
     checked(place, apply(scene, command, {}));
 }
 
+void apply_loaded(Scene& scene, v1::Command command, const Loaded& loaded, const std::string& place) {
+    if (const auto refused = carry_out_mounts(scene, command, loaded)) refuse(place, *refused);
+    checked(place, apply(scene, command, loaded));
+    take_exposure(scene, command, place);
+}
+
 // apply_words() of a command that was read.
 void apply_command(Scene& scene, v1::Command command, const SceneAccess& access, const std::string& place,
                    CuePlayer* player = nullptr, std::int64_t now_ns = 0) {
@@ -54,9 +60,7 @@ void apply_command(Scene& scene, v1::Command command, const SceneAccess& access,
         if (player != nullptr) player->let_go();
     }
     const Loaded loaded = checked(place, read_files(command, access));
-    if (const auto refused = carry_out_mounts(scene, command, loaded)) refuse(place, *refused);
-    checked(place, apply(scene, command, loaded));
-    take_exposure(scene, command, place);
+    apply_loaded(scene, std::move(command), loaded, place);
 }
 
 v1::Command command_of(const std::vector<std::string>& words, const std::string& place) {
@@ -147,10 +151,7 @@ void Timeline::set(Group& group, double t_s) {
         group.loaded = checked(place, read_files(group.command, access_));
         group.said = std::move(words);
     }
-    v1::Command command = group.command;
-    if (const auto refused = carry_out_mounts(scene_, command, group.loaded)) refuse(place, *refused);
-    checked(place, apply(scene_, command, group.loaded));
-    take_exposure(scene_, command, place);
+    apply_loaded(scene_, group.command, group.loaded, place);
 }
 
 }  // namespace gonio::sequence
