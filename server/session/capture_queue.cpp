@@ -54,7 +54,7 @@ bool CaptureQueue::advance(GuardedRenderer& renderer, Replies& replies) {
     return !waiting_.empty();
 }
 
-// Of the oldest, whose picture is complete.
+// Sends off the oldest capture, whose picture is complete.
 void CaptureQueue::answer(Replies& replies) {
     Capturing done = std::move(waiting_.front());
     waiting_.pop_front();

@@ -12,13 +12,13 @@ namespace gonio {
 static constexpr std::int64_t kSliceNs = 8'000'000;
 
 void MeterQueue::add(const Work& work, const Scene& scene, MeterRequest request, Replies& replies) {
-    wait({work, monotonic_ns(), scene, std::move(request), {}, {}, {}, {}}, replies);
+    wait({.work = work, .scene = scene, .request = std::move(request)}, replies);
 }
 
 void MeterQueue::add(const Work& work, const Scene& scene, Picked picked, Replies& replies) {
     MeterRequest request;
     request.points.push_back(picked.point);
-    wait({work, monotonic_ns(), scene, std::move(request), {}, {}, {}, std::move(picked)}, replies);
+    wait({.work = work, .scene = scene, .request = std::move(request), .picked = std::move(picked)}, replies);
 }
 
 void MeterQueue::wait(Metering metering, Replies& replies) {
@@ -65,7 +65,7 @@ bool MeterQueue::advance(const Scene& now, GuardedRenderer& renderer, Replies& r
     return !waiting_.empty();
 }
 
-// Reads points of the oldest meter until it is late. Result: whether that meter is answered.
+// Reads points of the oldest meter until that time. Result: whether that meter is answered.
 bool MeterQueue::advance_first(GuardedRenderer& renderer, Replies& replies, std::int64_t until_ns) {
     Metering& metering = waiting_.front();
     auto& [work, asked_ns, scene, request, readings, around, world, picked] = metering;

@@ -38,7 +38,7 @@ public:
 private:
     struct Metering {
         Work work;
-        std::int64_t asked_ns;
+        std::int64_t asked_ns = monotonic_ns();
         Scene scene;
         MeterRequest request;
         std::vector<v1::MeterReading> readings, around;  // around: of the planes of the point that is read

@@ -49,6 +49,15 @@ std::vector<Part> parts_of(const Scene& scene, v1::Command& command) {
     return parts;
 }
 
+// Whether there is anything to do. Faders that move say nothing of mounts, and should not pay for lists of lights.
+bool says_mount(const v1::Command& command) {
+    const auto has_mount = [](const v1::SetLight& set) { return set.has_mount(); };
+    const v1::EditLights& edit = command.edit_lights();
+    return command.has_recess_light() || has_mount(command.set_light()) || has_mount(command.add_light().light()) ||
+           has_mount(edit.same()) || std::ranges::any_of(edit.set(), has_mount) ||
+           std::ranges::any_of(edit.add(), has_mount, &v1::AddLight::light);
+}
+
 using Mounted = std::map<std::string, std::string>;  // by name of the light: the field that says so
 
 // Takes all mounts out of a command.
@@ -64,8 +73,8 @@ std::optional<Error> take_mounts(const std::vector<Part>& parts, Mounted& mounte
     return std::nullopt;
 }
 
-// The scene as it would be without the mounts. Gobos shine no farther, and what is to be told of their pictures is told
-// once, when the command itself is applied.
+// The scene as it would be without the mounts. Gobos are left out: they do not change where light goes, and a warning
+// about a gobo's picture is given only once, which has to be when the command itself is applied.
 Result<Scene> applied_to(const Scene& scene, v1::Command command, const Loaded& loaded) {
     for (const Part& part : parts_of(scene, command)) part.set->clear_gobo();
     Scene after = scene;
@@ -115,6 +124,7 @@ std::optional<Error> put_positions(const Scene& scene, v1::Command& command, std
 }  // namespace
 
 std::optional<Error> carry_out_mounts(const Scene& scene, v1::Command& command, const Loaded& loaded) {
+    if (!says_mount(command)) return std::nullopt;
     const bool recesses = command.has_recess_light();
     if (recesses) {
         v1::SetLight set;
@@ -124,7 +134,6 @@ std::optional<Error> carry_out_mounts(const Scene& scene, v1::Command& command, 
     }
     Mounted mounted;
     if (auto refused = take_mounts(parts_of(scene, command), mounted)) return refused;
-    if (mounted.empty()) return std::nullopt;
     const auto refused = [&](Error error) {
         if (recesses) error.where = "recess_light.name";
         return error;
