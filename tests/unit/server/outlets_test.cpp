@@ -54,13 +54,16 @@ double floor_lx(const Scene& scene) {
     const trace::MeterPoint middle;
     return trace::measure(*trace::make_world(scene), {&middle, 1}, settings).front().direct_lx.y;
 }
-std::string recessing(Scene& scene, const std::string& name = "light") {
-    v1::Command command;
-    command.mutable_recess_light()->set_name(name);
+std::string carried_out(Scene& scene, v1::Command command) {
     if (const auto refused = carry_out_mounts(scene, command, {})) return refused->code + " " + refused->where;
     EXPECT_FALSE(command.has_recess_light());
     const auto applied = apply(scene, command, {});
     return applied ? "ok" : applied.error().text();
+}
+std::string recessing(Scene& scene, const std::string& name = "light") {
+    v1::Command command;
+    command.mutable_recess_light()->set_name(name);
+    return carried_out(scene, command);
 }
 
 TEST(Outlets, ALuminaireAboveTheCeilingIsSaidAndRecessed) {
@@ -126,12 +129,6 @@ TEST(Outlets, TheLastSurfaceCounts) {
     EXPECT_EQ(outlet_warnings(scene).size(), 1u);
     EXPECT_EQ(recessing(scene), "ok");
     EXPECT_NEAR(scene.lights[0].position.y, 3.989, 1e-5);
-}
-
-std::string carried_out(Scene& scene, v1::Command command) {
-    if (const auto refused = carry_out_mounts(scene, command, {})) return refused->code + " " + refused->where;
-    const auto applied = apply(scene, command, {});
-    return applied ? "ok" : applied.error().text();
 }
 
 // Of set_light, edit_lights and add_light alike: whatever else they say comes first.
