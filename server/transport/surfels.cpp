@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "server/trace/sampler.h"
+#include "server/transport/candidates.h"
 #include "server/transport/near_sources.h"
 #include "server/transport/reached.h"
 #include "server/transport/space_hash.h"
@@ -25,40 +26,6 @@ constexpr float kNearShare = 0.14f, kClosest = 0.08f;
 constexpr double kMostNear = 0.05;       // surfels that crowding adds at most, of all
 constexpr std::size_t kMostFound = 512;  // surfels that one search lists
 constexpr int kPaths = 60'000, kPathLength = 8;
-
-struct Candidate : trace::SurfacePoint {
-    glm::vec3 albedo;
-    glm::vec3 detailed;      // normal as the normal map has it
-    float covered = 1.0f;    // how often a ray that comes there ends there
-    double area_m2 = 0.0;    // that it stands for
-    float near_m = 0.0f;     // to the nearest source in sight
-    double lit = 0.0;        // by all near sources alike, in any unit
-    float spacing_m = 0.0f;  // of surfels there
-};
-
-// All triangles by the area up to them, so that points are drawn evenly.
-struct Areas {
-    std::vector<double> running{0.0};
-    std::vector<std::pair<int, int>> which;  // instance, triangle
-
-    // only: of these triangles alone, in ascending order; empty: of all.
-    explicit Areas(const trace::Geometry& geometry, std::span<const std::pair<int, int>> only = {}) {
-        const SceneAsset& asset = geometry.asset();
-        for (std::size_t i = 0; i < asset.instances.size(); ++i) {
-            const Mesh& mesh = asset.meshes[static_cast<std::size_t>(asset.instances[i].mesh)];
-            for (std::size_t t = 0; t < mesh.indices.size() / 3; ++t) {
-                const auto c = geometry.corners(static_cast<int>(i), static_cast<int>(t));
-                const glm::dvec3 a(c[0]), b(c[1]), d(c[2]);
-                const double area = 0.5 * glm::length(glm::cross(b - a, d - a));
-                if (!(area > 0.0) || !std::isfinite(area)) continue;
-                const std::pair<int, int> own(static_cast<int>(i), static_cast<int>(t));
-                if (!only.empty() && !std::binary_search(only.begin(), only.end(), own)) continue;
-                running.push_back(running.back() + area);
-                which.push_back(own);
-            }
-        }
-    }
-};
 
 }  // namespace
 
@@ -149,7 +116,10 @@ struct Placement {
         walk(reached);
         if (stopped()) return {};
         // A first, sparse set says how much of the area is reached.
-        const auto sparse = [&] { return candidates(static_cast<std::size_t>(2.0 * guess), 0x51ed270bu, reached); };
+        const auto drawn = [&](std::size_t number, std::uint32_t seed) {
+            return candidates(geometry, areas, number, seed, reached, pool, stopped);
+        };
+        const auto sparse = [&] { return drawn(static_cast<std::size_t>(2.0 * guess), 0x51ed270bu); };
         std::vector<Candidate> few = sparse();
         // Light that stays in a housing of a large scene reaches a part of it that few of these points are in: then
         // they are drawn on the triangles that the walks met.
@@ -165,9 +135,10 @@ struct Placement {
         if (few.empty() || stopped()) return {};
         surfels.radius_m = kDartRadius * static_cast<float>(std::sqrt(reached_m2 / count));
         const auto tried = static_cast<std::size_t>(kCandidates * count * all_m2 / std::max(reached_m2, 1e-3 * all_m2));
-        std::vector<Candidate> all = candidates(tried, 0x2545f491u, reached);
+        areas.widen(surfels.radius_m);
+        std::vector<Candidate> all = drawn(tried, 0x2545f491u);
         if (stopped()) return {};
-        crowd(all, all_m2 / static_cast<double>(tried), count, surfels.radius_m);
+        crowd(all, tried, count, surfels.radius_m);
         if (stopped()) return {};
         throw_darts(all, surfels);
         make_grid(surfels);
@@ -238,92 +209,20 @@ struct Placement {
         rays.set(i, from + d * geometry.step_off(from), d);
     }
 
-    Candidate candidate(const trace::SurfaceHit& hit, float u, float v) const {
-        const float passed =
-            geometry.transmissive() ? geometry.transparency_at(hit.instance, hit.triangle, u, v).share : 0.0f;
-        return {hit, hit.albedo, geometry.detailed_normal(hit, u, v), 1.0f - passed};
-    }
-
-    // A point that is drawn, and where on its triangle it is.
-    struct Drawn {
-        trace::SurfaceHit hit;
-        float u, v;
-    };
-    // Result: bits of the first `count` points at which a ray meets no other opaque triangle. Where faces of two things
-    // coincide, as under a wall that stands on a floor, it meets one of them, and their area must not count twice.
-    unsigned meets(const std::array<Drawn, trace::kPacket>& drawn, unsigned count) const {
-        if (count == 0) return 0;
-        trace::RayPacket rays;
-        for (unsigned k = 0; k < count; ++k) {
-            const trace::SurfaceHit& hit = drawn[k].hit;
-            const float above_m = geometry.step_off(hit.position);
-            rays.set(static_cast<int>(k), hit.position + hit.geometric * above_m, -hit.geometric, 2.0f * above_m);
-        }
-        trace::HitPacket hits;
-        const unsigned all = ~0u >> (32 - count), any = geometry.closest(rays, all, hits);
-        unsigned own = all;
-        for (unsigned k = 0; k < count; ++k) {
-            if ((any >> k & 1u) == 0) continue;
-            const auto instance = static_cast<int>(hits.instance[k]), triangle = static_cast<int>(hits.triangle[k]);
-            const bool other = instance != drawn[k].hit.instance || triangle != drawn[k].hit.triangle;
-            // Light passes through a pane, so the surface under it counts as well.
-            if (other && !(geometry.transparency_at(instance, triangle, hits.u[k], hits.v[k]).share > 0.0f))
-                own &= ~(1u << k);
-        }
-        return own;
-    }
-
-    // Points drawn evenly over both sides of all triangles, one from each share of their area, those that light
-    // reaches. Two pairs of numbers for each, independent of each other.
-    std::vector<Candidate> candidates(std::size_t count, std::uint32_t seed, const Reached& reached) {
-        constexpr std::size_t kChunk = 1024;
-        const double area = areas.running.back() / static_cast<double>(count);  // each one's share
-        std::vector<std::vector<Candidate>> found((count + kChunk - 1) / kChunk);
-        pool.run_chunks(count, kChunk, [&](std::size_t first, std::size_t size) {
-            if (stopped()) return;
-            std::vector<Candidate>& to = found[first / kChunk];
-            std::array<Drawn, trace::kPacket> drawn;
-            unsigned waiting = 0;
-            const auto keep = [&] {
-                const unsigned met = meets(drawn, waiting);
-                for (unsigned k = 0; k < waiting; ++k) {
-                    if ((met >> k & 1u) != 0) to.push_back(candidate(drawn[k].hit, drawn[k].u, drawn[k].v));
-                }
-                waiting = 0;
-            };
-            auto above =
-                std::upper_bound(areas.running.begin() + 1, areas.running.end() - 1, area * static_cast<double>(first));
-            for (std::size_t i = first; i < first + size; ++i) {
-                const auto index = static_cast<std::uint32_t>(i);
-                trace::Sample sample(seed, index);
-                const glm::vec2 which = sample.next(), where = sample.next();
-                const double at = area * (static_cast<double>(i) + static_cast<double>(which.x));
-                while (*above <= at && above + 1 < areas.running.end()) ++above;
-                const auto [instance, triangle] =
-                    areas.which[static_cast<std::size_t>(above - areas.running.begin()) - 1];
-                const float root = std::sqrt(where.x), u = root * (1.0f - where.y), v = root * where.y;
-                trace::SurfaceHit hit;
-                if (!geometry.surface_at(instance, triangle, u, v, which.y < 0.5f, hit)) continue;
-                if (!reached.sees(geometry, hit.position, hit.geometric)) continue;
-                drawn[waiting++] = {hit, u, v};
-                if (waiting == drawn.size()) keep();
-            }
-            keep();
-        });
-        std::vector<Candidate> all;
-        for (const auto& some : found) all.insert(all.end(), some.begin(), some.end());
-        return all;
-    }
-
     // Adds candidates near the sources, so that surfels can lie closer together there, and says how close.
-    void crowd(std::vector<Candidate>& all, double each_m2, double count, float radius_m) {
+    // drawn: so many were, for which `all` are left.
+    void crowd(std::vector<Candidate>& all, std::size_t drawn, double count, float radius_m) {
         const float reach_m = radius_m / kNearShare;
         const NearSources near_sources(geometry, sources, reach_m);
         const std::size_t evenly = all.size();
         for (const NearSources::End& end : near_sources.rays(pool, stopped)) {
             trace::SurfaceHit hit;
-            if (geometry.surface_at(end.instance, end.triangle, end.u, end.v, end.front, hit))
-                all.push_back(candidate(hit, end.u, end.v));
+            const std::size_t own = areas.find(end.instance, end.triangle);
+            if (own == areas.triangles.size() ||
+                !geometry.surface_at(end.instance, end.triangle, end.u, end.v, end.front, hit))
+                continue;
+            all.push_back(candidate_at(geometry, hit, end.u, end.v));
+            all.back().area_m2 = areas.each_m2(own, drawn);
         }
         pool.run_chunks(all.size(), 1024, [&](std::size_t first, std::size_t size) {
             if (stopped()) return;
@@ -333,7 +232,7 @@ struct Placement {
                 all[i].near_m = near.distance_m;
                 all[i].lit = near.rays_per_m2;
                 // Points of both kinds are this dense together (Veach and Guibas 1995, balance heuristic).
-                all[i].area_m2 = 1.0 / (1.0 / each_m2 + rays_per_m2);
+                all[i].area_m2 = 1.0 / (1.0 / all[i].area_m2 + rays_per_m2);
                 // Rounding: a ray ends where its own source does not see the point.
                 if (i >= evenly && !(rays_per_m2 > 0.0)) all[i].area_m2 = 0.0;
             }

@@ -41,6 +41,28 @@ TEST(Transport, SurfelsCoverWhatLightReachesAndNothingElse) {
     EXPECT_FALSE(reaches(*made.transport, made.geometry->local({-0.85, 0.6, -0.5}))) << "inside the tall block";
 }
 
+// Few walks meet the edges of a table top in a wide hall, which are in full light.
+TEST(Transport, ThinEdgesInTheOpenHaveSurfels) {
+    std::vector<test::Placed> pieces = test::box({-15, 0, -15}, {15, 6, 15}, 0.5, true);
+    const std::vector<test::Placed> top = test::box({-0.8, 0.7, -0.4}, {0.8, 0.72, 0.4}, 0.5, false);
+    pieces.insert(pieces.end(), top.begin(), top.end());
+    for (test::Placed& piece : pieces) piece.material = test::matte(0.5);
+    const Made made(test::scene_of_pieces(std::move(pieces), {test::light_seed(test::isotropic(1.0), {9, 5, 9})}));
+    int found = 0, all = 0;
+    for (double along = -0.95; along < 1.0; along += 0.1) {
+        for (const double side : {-1.0, 1.0}) {
+            const glm::vec3 x(side, 0, 0), z(0, 0, side);
+            for (const auto& [at, normal] : {std::pair(glm::dvec3(0.8 * side, 0.71, 0.4 * along), x),
+                                             std::pair(glm::dvec3(0.8 * along, 0.71, 0.4 * side), z)}) {
+                ++all;
+                const Surfels& s = made.surfels();
+                if (s.visible_from(*made.geometry, {made.geometry->local(at), normal, normal}) != s.count) ++found;
+            }
+        }
+    }
+    EXPECT_EQ(found, all);
+}
+
 // A pane that stops a fifth of the light has a fifth of its area, on each side, also where small surfels are.
 TEST(Transport, APaneHasTheAreaThatStopsLight) {
     std::vector<test::Placed> pieces = test::box({0, 0, 0}, {1, 1, 1}, 0.5, true);
