@@ -135,8 +135,10 @@ bool KilledClient::ended() const {
 }
 
 DaemonProcess::DaemonProcess(std::vector<std::string> arguments, const std::function<void(pid_t)>& meanwhile) {
-    if (std::find(arguments.begin(), arguments.end(), "--listen") == arguments.end())
-        arguments.insert(arguments.begin(), {"--listen", "127.0.0.1:0"});
+    for (const auto& [option, value] : {std::pair("--listen", "127.0.0.1:0"), std::pair("--max-transport-mib", "16")}) {
+        if (std::find(arguments.begin(), arguments.end(), option) == arguments.end())
+            arguments.insert(arguments.begin(), {option, value});
+    }
     const auto named = std::find(arguments.begin(), arguments.end(), "--renderer");
     // Under ThreadSanitizer no GL runs: its drivers are not made for it.
     if (const char* other = std::getenv("GONIO_TEST_RENDERER"); other != nullptr && named != arguments.end())

@@ -89,8 +89,9 @@ protected:
     std::vector<double> quick_ms_, slow_ms_;
 
     void start() {
-        daemon_ = std::make_unique<test::DaemonProcess>(std::vector<std::string>{
-            "--renderer", "gl", "--size", "160x120", "--surfaces", "off", "--state", state_file_});
+        daemon_ = std::make_unique<test::DaemonProcess>(
+            std::vector<std::string>{"--renderer", "gl", "--size", "160x120", "--max-transport-mib", "256",
+                                     "--surfaces", "off", "--state", state_file_});
         const std::uint16_t port = test::port_of(daemon_->url());
         for (const auto& [name, scene] : {std::pair<std::string, std::string>{"soak.gltf", test::floor_gltf(0.5)},
                                           {"hills.glb", test::hills_glb(200)}}) {

@@ -72,8 +72,8 @@ std::string fetch_still(std::uint16_t port, std::uint32_t rev) {
 
 class Soak : public testing::Test {
 protected:
-    test::DaemonProcess daemon_{
-        {"--renderer", "gl", "--size", "320x320", "--surfaces", "off", "--inject", "gl-loss-every=" + loss_every()}};
+    test::DaemonProcess daemon_{{"--renderer", "gl", "--size", "320x320", "--max-transport-mib", "256", "--surfaces",
+                                 "off", "--inject", "gl-loss-every=" + loss_every()}};
     const std::uint16_t port_ = test::port_of(daemon_.url());
     load::Swarm swarm_{port_};
     test::ThrottleProxy line_{port_, {1e6, 20ms, 16 << 10}};

@@ -215,7 +215,7 @@ async function follows(page) {
 }
 
 await inBrowser(async (browser, servers) => {
-    servers.push(await startServer("127.0.0.1:0", ["--renderer", "null", "--size", "400x400"]));
+    servers.push(await startServer("127.0.0.1:0", ["--renderer", "null"]));
     const open = async (options, server = servers[0]) => {
         const page = await browser.newPage(options);
         listen(page);
@@ -234,7 +234,7 @@ await inBrowser(async (browser, servers) => {
     await size(page);
     await page.close();
     // How soon pictures follow is asked of those that are rendered.
-    servers.push(await startServer("127.0.0.1:0", ["--size", "400x400"]));
+    servers.push(await startServer("127.0.0.1:0"));
     const rendered = await open({viewport: {width: 1280, height: 900}}, servers[1]);
     await follows(rendered);
     if (screenshot) await rendered.screenshot({path: screenshot});

@@ -110,7 +110,7 @@ async function report(page, browser) {
 }
 
 await inBrowser(async (browser, servers) => {
-    servers.push(await startServer("127.0.0.1:0", ["--size", "400x400"]));
+    servers.push(await startServer("127.0.0.1:0"));
     const page = await browser.newPage({viewport: {width: 1440, height: 900}});
     listen(page);
     await page.goto(servers[0].url);

@@ -27,10 +27,13 @@ if (!playwright) {
 const children = new Set();
 process.on("exit", () => { for (const child of children) child.kill("SIGKILL"); });
 
-// Tests that look at no pixel of the picture give `--renderer null`: every bounce of its light takes ten seconds of a core.
+// Unless `more` says otherwise the picture is small and its later bounces are coarse, which saves seconds of a core at each
+// start. Tests that look at no pixel of it give `--renderer null`.
+const kCheap = {"--scene": "cornell", "--size": "400x400", "--max-transport-mib": "16"};
 export function startServer(listen, more = []) {
+    const cheap = Object.entries(kCheap).filter(([option]) => !more.includes(option)).flat();
     return new Promise((resolve, reject) => {
-        const child = spawn(binary, ["--listen", listen, "--scene", "cornell", ...more], {stdio: ["ignore", "pipe", "pipe"]});
+        const child = spawn(binary, ["--listen", listen, ...cheap, ...more], {stdio: ["ignore", "pipe", "pipe"]});
         children.add(child);
         let out = "", log = "";
         const timer = setTimeout(() => reject(new Error(`no READY line in time\n${log}`)), 2 * kTimeoutMs);

@@ -190,7 +190,7 @@ async function keyboard(browser, server) {
 }
 
 await inBrowser(async (browser, servers) => {
-    servers.push(await startServer("127.0.0.1:0", ["--renderer", "null", "--size", "400x400"]));
+    servers.push(await startServer("127.0.0.1:0", ["--renderer", "null"]));
     for (const size of Object.keys(kSizes)) for (const scheme of schemes(size)) await run(browser, servers[0], size, scheme);
     await locked(browser);
     await themes(browser, servers[0]);
