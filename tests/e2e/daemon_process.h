@@ -51,8 +51,8 @@ inline std::uint16_t port_of(const std::string& url) {
 class DaemonProcess {
 public:
     // Starts goniod with the arguments and waits for its READY line (60 s). Unless they say otherwise it has --listen
-    // 127.0.0.1:0, --max-transport-mib 16 (coarse later bounces, which take a tenth of the time), and --renderer null: a
-    // test that looks at light or at passes says --renderer gl. meanwhile: called again and again until then.
+    // 127.0.0.1:0, --max-transport-mib 16 (coarse later bounces, which take a tenth of the time), and --renderer null:
+    // a test that looks at light or at passes says --renderer gl. meanwhile: called again and again until then.
     explicit DaemonProcess(std::vector<std::string> arguments = {}, const std::function<void(pid_t)>& meanwhile = {});
     ~DaemonProcess();
     DaemonProcess(const DaemonProcess&) = delete;

@@ -401,8 +401,8 @@ TEST(FollowersOf, AScenesFilesAreFetchedAndEveryChangeIsRefused) {
 
 TEST(FollowerPictures, AreTheLeadersAndCostNoMore) {
     const TemporaryFolder folder;
-    const DaemonProcess leader({"--renderer", "gl", "--size", "160x120", "--scene",
-                                folder.file("floor.gltf", floor_gltf(0.5))});
+    const DaemonProcess leader(
+        {"--renderer", "gl", "--size", "160x120", "--scene", folder.file("floor.gltf", floor_gltf(0.5))});
     const DaemonProcess follower({"--renderer", "gl", "--follow", leader.url()});
     const std::string light = leader.json({"get", "lights[0].name"});
     ASSERT_TRUE(comes_to_show(follower.url(), settled(leader.url())));

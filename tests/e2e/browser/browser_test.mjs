@@ -493,7 +493,7 @@ async function restart(page, server, {start}) {
 }
 
 await inBrowser(async (browser, servers) => {
-    servers.push(await startServer("127.0.0.1:0"));
+    servers.push(await startServer("127.0.0.1:0", ["--size", "800x800"]));
     const page = await browser.newPage({viewport: {width: 1280, height: 800}});
     listen(page);
     const seen = await run(page, servers[0]);
