@@ -187,7 +187,7 @@ private:
             lose("a picture has more than 16 MiB.", 0);
             return false;
         }
-        const std::vector<Bytes> units = with_parameter_sets(nal_units(event.access_unit), sets_);
+        const std::vector<ByteSpan> units = with_parameter_sets(nal_units(event.access_unit), sets_);
         const bool key = is_idr(units);
         if (key) {
             begun_ = true;
@@ -203,12 +203,12 @@ private:
         return true;
     }
 
-    Result<bool> send(const std::vector<Bytes>& units, std::uint64_t media_ns, bool key) {
+    Result<bool> send(const std::vector<ByteSpan>& units, std::uint64_t media_ns, bool key) {
         keys_.sent(key, now_ns());
         if (key) unanswered_ns_ = 0;
         ++counts_.pictures;
         counts_.key_frames += key ? 1 : 0;
-        for (const Bytes unit : units) counts_.bytes += unit.size();
+        for (const ByteSpan unit : units) counts_.bytes += unit.size();
         if (rtp_) {
             rtp_->picture(units, media_ns);
             return true;

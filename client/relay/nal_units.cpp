@@ -8,7 +8,7 @@ namespace {
 constexpr std::byte kZero{0}, kOne{1};
 
 // Result: where 00 00 01 begins at `from` or later; bytes.size() where it does not.
-std::size_t start_code(Bytes bytes, std::size_t from) {
+std::size_t start_code(ByteSpan bytes, std::size_t from) {
     for (std::size_t i = from; i + 3 <= bytes.size(); ++i)
         if (bytes[i] == kZero && bytes[i + 1] == kZero && bytes[i + 2] == kOne) return i;
     return bytes.size();
@@ -16,8 +16,8 @@ std::size_t start_code(Bytes bytes, std::size_t from) {
 
 }  // namespace
 
-std::vector<Bytes> nal_units(Bytes access_unit) {
-    std::vector<Bytes> units;
+std::vector<ByteSpan> nal_units(ByteSpan access_unit) {
+    std::vector<ByteSpan> units;
     for (std::size_t at = start_code(access_unit, 0); at < access_unit.size();) {
         const std::size_t begin = at + 3;
         at = start_code(access_unit, begin);
@@ -28,35 +28,35 @@ std::vector<Bytes> nal_units(Bytes access_unit) {
     return units;
 }
 
-unsigned nal_type(Bytes unit) {
+unsigned nal_type(ByteSpan unit) {
     return unit.empty() ? 0 : std::to_integer<unsigned>(unit[0]) & 31u;
 }
 
-bool is_idr(const std::vector<Bytes>& units) {
-    return std::ranges::any_of(units, [](Bytes unit) { return nal_type(unit) == kNalIdrSlice; });
+bool is_idr(const std::vector<ByteSpan>& units) {
+    return std::ranges::any_of(units, [](ByteSpan unit) { return nal_type(unit) == kNalIdrSlice; });
 }
 
-std::vector<Bytes> with_parameter_sets(std::vector<Bytes> units, ParameterSets& sets) {
+std::vector<ByteSpan> with_parameter_sets(std::vector<ByteSpan> units, ParameterSets& sets) {
     bool has_sps = false, has_pps = false;
-    for (const Bytes unit : units) {
+    for (const ByteSpan unit : units) {
         has_sps = has_sps || nal_type(unit) == kNalSps;
         has_pps = has_pps || nal_type(unit) == kNalPps;
         if (nal_type(unit) == kNalSps) sets.sps.assign(unit.begin(), unit.end());
         if (nal_type(unit) == kNalPps) sets.pps.assign(unit.begin(), unit.end());
     }
     if (!is_idr(units)) return units;
-    auto first = std::ranges::find_if(units, [](Bytes unit) { return nal_type(unit) == kNalIdrSlice; });
+    auto first = std::ranges::find_if(units, [](ByteSpan unit) { return nal_type(unit) == kNalIdrSlice; });
     if (!has_pps && !sets.pps.empty()) first = units.insert(first, sets.pps);
     if (!has_sps && !sets.sps.empty()) {
-        const auto pps = std::ranges::find_if(units, [](Bytes unit) { return nal_type(unit) == kNalPps; });
+        const auto pps = std::ranges::find_if(units, [](ByteSpan unit) { return nal_type(unit) == kNalPps; });
         units.insert(pps == units.end() ? first : pps, sets.sps);
     }
     return units;
 }
 
-std::vector<std::byte> annex_b(const std::vector<Bytes>& units) {
+std::vector<std::byte> annex_b(const std::vector<ByteSpan>& units) {
     std::vector<std::byte> bytes;
-    for (const Bytes unit : units) {
+    for (const ByteSpan unit : units) {
         bytes.insert(bytes.end(), {kZero, kZero, kZero, kOne});
         bytes.insert(bytes.end(), unit.begin(), unit.end());
     }

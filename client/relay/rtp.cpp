@@ -25,16 +25,16 @@ std::vector<std::byte>& begin_packet(Packets& packets, std::uint32_t rtp_time, R
     return packet;
 }
 
-void append(std::vector<std::byte>& packet, Bytes bytes) {
+void append(std::vector<std::byte>& packet, ByteSpan bytes) {
     packet.insert(packet.end(), bytes.begin(), bytes.end());
 }
 
-bool is_parameter_set(Bytes unit) {
+bool is_parameter_set(ByteSpan unit) {
     return nal_type(unit) == kNalSps || nal_type(unit) == kNalPps;
 }
 
 // Result: how many of the units share a STAP-A: parameter sets in a row that fit; less than 2: none.
-std::size_t aggregated(std::span<const Bytes> units) {
+std::size_t aggregated(std::span<const ByteSpan> units) {
     std::size_t count = 0, bytes = 1;
     while (count < units.size() && is_parameter_set(units[count]) &&
            bytes + 2 + units[count].size() <= kMaxPayloadBytes)
@@ -43,14 +43,14 @@ std::size_t aggregated(std::span<const Bytes> units) {
 }
 
 // The type byte's F bit is set where one of them has it, its NRI is the greatest (RFC 6184, 5.7).
-void append_stap(std::vector<std::byte>& packet, std::span<const Bytes> units) {
+void append_stap(std::vector<std::byte>& packet, std::span<const ByteSpan> units) {
     std::byte forbidden{0}, reference{0};
-    for (const Bytes unit : units) {
+    for (const ByteSpan unit : units) {
         forbidden |= unit[0] & std::byte{0x80};
         reference = std::max(reference, unit[0] & std::byte{0x60});
     }
     packet.push_back(forbidden | reference | std::byte{kStapA});
-    for (const Bytes unit : units) {
+    for (const ByteSpan unit : units) {
         put_u16(packet, static_cast<std::uint16_t>(unit.size()));
         append(packet, unit);
     }
@@ -58,7 +58,7 @@ void append_stap(std::vector<std::byte>& packet, std::span<const Bytes> units) {
 
 }  // namespace
 
-Packets packetise(const std::vector<Bytes>& units, std::uint32_t rtp_time, RtpStream& stream) {
+Packets packetise(const std::vector<ByteSpan>& units, std::uint32_t rtp_time, RtpStream& stream) {
     constexpr std::size_t kFragmentBytes = kMaxPayloadBytes - 2;  // behind FU indicator and FU header
     Packets packets;
     for (std::size_t i = 0; i < units.size();) {
@@ -68,13 +68,13 @@ Packets packetise(const std::vector<Bytes>& units, std::uint32_t rtp_time, RtpSt
             i += count;
             continue;
         }
-        const Bytes unit = units[i++];
+        const ByteSpan unit = units[i++];
         if (unit.empty()) continue;
         if (unit.size() <= kMaxPayloadBytes) {
             append(begin_packet(packets, rtp_time, stream), unit);
             continue;
         }
-        const Bytes payload = unit.subspan(1);  // the unit's own first byte is told by indicator and header
+        const ByteSpan payload = unit.subspan(1);  // the unit's own first byte is told by indicator and header
         for (std::size_t at = 0; at < payload.size(); at += kFragmentBytes) {
             const std::size_t size = std::min(kFragmentBytes, payload.size() - at);
             std::vector<std::byte>& packet = begin_packet(packets, rtp_time, stream);

@@ -24,7 +24,7 @@ struct RtpStream {
 // Result: the packets of one picture, each of at most kMaxRtpBytes, in order; none of no units. A unit that fits is a
 // packet of its own (5.6); parameter sets that follow one another share a STAP-A (5.7.1); what is longer is cut into
 // FU-A (5.8). All have the time `rtp_time` (90 kHz, wraps), the last one the marker.
-std::vector<std::vector<std::byte>> packetise(const std::vector<Bytes>& units, std::uint32_t rtp_time,
+std::vector<std::vector<std::byte>> packetise(const std::vector<ByteSpan>& units, std::uint32_t rtp_time,
                                               RtpStream& stream);
 
 }  // namespace gonio

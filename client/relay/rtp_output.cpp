@@ -26,7 +26,7 @@ RtpOutput::RtpOutput(std::unique_ptr<RtpSockets> sockets) : sockets_(std::move(s
     first_time_ = random();
 }
 
-void RtpOutput::picture(const std::vector<Bytes>& units, std::uint64_t media_ns) {
+void RtpOutput::picture(const std::vector<ByteSpan>& units, std::uint64_t media_ns) {
     std::size_t burst = 0;
     for (const auto& packet : packetise(units, rtp_time(media_ns, first_time_), stream_)) {
         if (burst++ == kBurstPackets) {

@@ -23,7 +23,7 @@ public:
 
     // Sends a picture that is shown at media_ns. A packet that cannot be sent is counted. Of a long picture not all
     // packets leave at once: receivers have room for some hundred KB.
-    void picture(const std::vector<Bytes>& units, std::uint64_t media_ns);
+    void picture(const std::vector<ByteSpan>& units, std::uint64_t media_ns);
     // Sends a report where one is due, every 5 s; media_ns: what a picture of this moment would have.
     void report(std::uint64_t media_ns, std::uint64_t now_ns);
     void leave(std::uint64_t media_ns);

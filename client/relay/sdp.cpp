@@ -9,7 +9,7 @@
 
 namespace gonio {
 
-std::string base64(Bytes bytes) {
+std::string base64(ByteSpan bytes) {
     std::string text((bytes.size() + 2) / 3 * 4 + 1, '\0');  // and the 0 that it ends with
     const int length =
         EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()),

@@ -17,6 +17,6 @@ struct StreamAddress {
 // Result: the text, its lines ended by CR LF; without the profile and the parameter sets where `sets` has no SPS.
 std::string session_description(const StreamAddress& to, std::uint32_t session_id, const ParameterSets& sets);
 
-std::string base64(Bytes bytes);
+std::string base64(ByteSpan bytes);
 
 }  // namespace gonio

@@ -129,7 +129,7 @@ FollowOptions App::follow_options(const std::string& boot) const {
     follow.url = options_.follow;
     follow.leader = value_of(parse_server_url(options_.follow));
     follow.leader.ca_file = options_.follow_ca;
-    follow.token = [file = options_.follow_token_file] { return read_token(file, nullptr, "--follow-token-file"); };
+    follow.token = [file = options_.follow_token_file] { return token_of_file(file, nullptr, "--follow-token-file"); };
     follow.boot = boot;
     follow.folder = uploads_->folder();
     follow.file_bytes = options_.limits.upload_bytes;

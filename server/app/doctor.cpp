@@ -355,7 +355,7 @@ Finding check_descriptors(const Options& options, unsigned long long may_open) {
 
 Finding check_leader(const Options& options) {
     auto leader = parse_server_url(options.follow);
-    const auto token = read_token(options.follow_token_file, nullptr, "--follow-token-file");
+    const auto token = token_of_file(options.follow_token_file, nullptr, "--follow-token-file");
     if (!leader || !token)
         return {"leader", State::fault, (leader ? token.error() : leader.error()).text(), "mend the options"};
     leader->ca_file = options.follow_ca;

@@ -133,7 +133,7 @@ bool is_loopback(const std::string& host) {
     return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
 }
 
-Result<std::string> read_token(const std::string& path, std::string* warning, const char* option) {
+Result<std::string> token_of_file(const std::string& path, std::string* warning, const char* option) {
     if (path.empty()) return std::string();
     const auto refused = [&](const std::string& message) { return Error{"file_unreadable", option, path, message}; };
     const auto text = read_bounded_file(path, kMaxTokenBytes);
@@ -157,9 +157,9 @@ Result<std::string> read_token(const std::string& path, std::string* warning, co
 
 Result<Tokens> read_tokens(const Options& options, std::string* warnings) {
     std::string of_all, of_viewers;
-    const auto all = read_token(options.token_file, &of_all);
+    const auto all = token_of_file(options.token_file, &of_all);
     if (!all) return all.error();
-    const auto viewers = read_token(options.viewer_token_file, &of_viewers, "--viewer-token-file");
+    const auto viewers = token_of_file(options.viewer_token_file, &of_viewers, "--viewer-token-file");
     if (!viewers) return viewers.error();
     const auto refused = [&](const char* message) {
         return Error{"invalid_argument", "--viewer-token-file", options.viewer_token_file, message};

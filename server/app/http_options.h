@@ -26,8 +26,8 @@ bool is_loopback(const std::string& host);
 // Result: the token of the file, its first line without blanks at the ends; empty where path is. Errors:
 // "file_unreadable" (also a token under 16 bytes, or with a byte that HTTP does not carry; the message names the
 // byte's place, never its value). Others than its owner may read it: *warning says so.
-Result<std::string> read_token(const std::string& path, std::string* warning = nullptr,
-                               const char* option = "--token-file");
+Result<std::string> token_of_file(const std::string& path, std::string* warning = nullptr,
+                                  const char* option = "--token-file");
 // Result: the tokens of both files. Errors: those of read_token; "invalid_argument" where a viewer's is alone or the
 // same as the other. warnings: of both, in one line.
 Result<Tokens> read_tokens(const Options& options, std::string* warnings = nullptr);

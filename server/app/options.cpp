@@ -54,7 +54,7 @@ std::vector<OptionFault> check_follow(const Options& options) {
         faults.push_back({{"follow"}, "--follow " + options.follow + ": " + leader.error().message});
     for (const std::string& name : options.beside_follow)
         faults.push_back({{name}, "--" + name + " does not go with --follow: " + options.follow + " says it"});
-    if (const auto token = read_token(options.follow_token_file, nullptr, "--follow-token-file"); !token)
+    if (const auto token = token_of_file(options.follow_token_file, nullptr, "--follow-token-file"); !token)
         faults.push_back({{"follow-token-file"}, token.error().text()});
     if (options.limits.upload_bytes == 0)
         faults.push_back({{"max-upload-mib"}, "--follow needs --max-upload-mib above 0: that bounds what it fetches"});

@@ -6,16 +6,16 @@
 namespace gonio {
 namespace {
 
-struct Preset {
+struct HazePreset {
     const char* name;
     double extinction_per_m;
 };
 // Droplets of 1 to 2 µm at 0.7, 2 and 25 mg/m³; their albedo is 1 and their g 0.7 (docs/rendering.md#haze).
-constexpr Preset kPresets[] = {{"off", 0.0}, {"faint", 0.003}, {"show", 0.01}, {"fog", 0.1}};
+constexpr HazePreset kPresets[] = {{"off", 0.0}, {"faint", 0.003}, {"show", 0.01}, {"fog", 0.1}};
 
 HazeValues preset_named(const std::string& name) {
     std::string names;
-    for (const Preset& preset : kPresets) {
+    for (const HazePreset& preset : kPresets) {
         if (name == preset.name) return {.extinction_per_m = preset.extinction_per_m};
         names += (names.empty() ? "" : ", ") + std::string(preset.name);
     }

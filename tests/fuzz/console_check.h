@@ -10,6 +10,8 @@
 #include "protocol/dmx/patch_toml.h"
 #include "protocol/dmx/sacn_sources.h"
 #include "protocol/osc/osc_space.h"
+#include "protocol/schema/light.pb.h"
+#include "protocol/schema/state.pb.h"
 #include "tests/fuzz/require.h"
 
 namespace gonio::fuzz {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "protocol/dmx/patch.h"
+#include "protocol/schema/command.pb.h"
 #include "protocol/schema/console.pb.h"
 #include "server/exchange/import_mvr.h"
 #include "server/scene/apply.h"

@@ -146,7 +146,7 @@ TEST(RelayRtp, WhatIsSentArrives) {
 // ------------------------------------------------------------------------------------------------------- NAL units
 std::vector<Buffer> split(const Buffer& stream) {
     std::vector<Buffer> units;
-    for (const Bytes one : nal_units(stream)) units.emplace_back(one.begin(), one.end());
+    for (const ByteSpan one : nal_units(stream)) units.emplace_back(one.begin(), one.end());
     return units;
 }
 
@@ -167,7 +167,7 @@ TEST(RelayNalUnits, AnIdrPictureHasParameterSetsBeforeIt) {
                  other = bytes({0x41, 1}), newer = bytes({0x67, 0x4D});
     const auto sent = [&](const std::vector<Buffer>& units) {
         std::vector<Buffer> result;
-        for (const Bytes one : with_parameter_sets({units.begin(), units.end()}, sets))
+        for (const ByteSpan one : with_parameter_sets({units.begin(), units.end()}, sets))
             result.emplace_back(one.begin(), one.end());
         return result;
     };

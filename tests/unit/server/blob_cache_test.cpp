@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class Blobs : public testing::Test {
+class CachedBlobs : public testing::Test {
 protected:
     void SetUp() override {
         folder = (fs::temp_directory_path() / ("gonio-blobs-" + std::to_string(::getpid()))).string();
@@ -53,7 +53,7 @@ protected:
     int fetched = 0;
 };
 
-TEST_F(Blobs, AreFetchedOnceAlsoByALaterRun) {
+TEST_F(CachedBlobs, AreFetchedOnceAlsoByALaterRun) {
     const std::string hash = there("some light"), empty = there("");
     for (int run = 0; run < 2; ++run) {
         BlobCache one = cache();
@@ -68,7 +68,7 @@ TEST_F(Blobs, AreFetchedOnceAlsoByALaterRun) {
     EXPECT_EQ(*cache().content(empty, 100), "");
 }
 
-TEST_F(Blobs, OfAnotherHashAreNotKept) {
+TEST_F(CachedBlobs, OfAnotherHashAreNotKept) {
     const std::string hash = there("some light");
     leader[hash] = "another";
     EXPECT_EQ(cache().file(hash).error().code, "bad_hash");
@@ -77,7 +77,7 @@ TEST_F(Blobs, OfAnotherHashAreNotKept) {
     EXPECT_EQ(files(), 0u);
 }
 
-TEST_F(Blobs, ThatTheDiskDidNotKeepAreFetchedAgain) {
+TEST_F(CachedBlobs, ThatTheDiskDidNotKeepAreFetchedAgain) {
     const std::string hash = there("some light");
     ASSERT_TRUE(cache().file(hash));
     std::ofstream(folder + "/" + hash) << "torn";
@@ -94,7 +94,7 @@ TEST_F(Blobs, ThatTheDiskDidNotKeepAreFetchedAgain) {
     EXPECT_EQ(fetched, 4);
 }
 
-TEST_F(Blobs, LeaveWhatIsNotTheirs) {
+TEST_F(CachedBlobs, LeaveWhatIsNotTheirs) {
     const std::string hash = there("some light");
     const std::string backup = folder + "/scene-backup", notes = folder + "/scene-notes.txt";
     fs::create_directories(backup);
@@ -107,7 +107,7 @@ TEST_F(Blobs, LeaveWhatIsNotTheirs) {
     EXPECT_EQ(text(folder + "/scene-" + hash), "a file");
 }
 
-TEST_F(Blobs, TheOldestGoesWhereThereAreTooMany) {
+TEST_F(CachedBlobs, TheOldestGoesWhereThereAreTooMany) {
     const std::string one = there(std::string(400, 'a')), two = there(std::string(400, 'b')),
                       three = there(std::string(400, 'c'));
     BlobCache bounded = cache(1000, 1000);
@@ -123,7 +123,7 @@ TEST_F(Blobs, TheOldestGoesWhereThereAreTooMany) {
     EXPECT_EQ(bounded.content(one, 100).error().code, "too_large");
 }
 
-TEST_F(Blobs, AScenesFilesLieUnderTheirPathsAndThoseOfTheLastAreGone) {
+TEST_F(CachedBlobs, AScenesFilesLieUnderTheirPathsAndThoseOfTheLastAreGone) {
     const std::string gltf = there("gltf"), image = there("image");
     BlobCache one = cache();
     const auto first = one.folder_of({{"hall.gltf", gltf, 4}, {"textures/wall.png", image, 5}});

@@ -367,18 +367,18 @@ TEST_F(ConfigTest, ATokenThatOthersCanReadIsWarnedOf) {
     const std::string path = file("0123456789abcdef\n", "token");
     std::string warning;
     fs::permissions(path, fs::perms::owner_read | fs::perms::others_read);
-    EXPECT_EQ(*read_token(path, &warning), "0123456789abcdef");
+    EXPECT_EQ(*token_of_file(path, &warning), "0123456789abcdef");
     EXPECT_NE(warning.find(path), std::string::npos);
     warning.clear();
     fs::permissions(path, fs::perms::owner_read);
-    EXPECT_TRUE(read_token(path, &warning));
+    EXPECT_TRUE(token_of_file(path, &warning));
     EXPECT_EQ(warning, "");
 }
 
 TEST_F(ConfigTest, ATokenIsWhatHttpCanCarry) {
     const std::string token = "0123456789abcdef";
     for (const std::string& text : {token, token + "\r\n", " \t" + token + "\t \r\nmore", token + "\n\xFF\n"}) {
-        const auto read = read_token(file(text, "token"));
+        const auto read = token_of_file(file(text, "token"));
         ASSERT_TRUE(read) << text;
         EXPECT_EQ(*read, token);
     }
@@ -395,13 +395,13 @@ TEST_F(ConfigTest, ATokenIsWhatHttpCanCarry) {
                 {" \t\r\nsecret89abcdefgh", "at least 16 bytes"},
                 {std::string(5000, 's'), "no longer than 4096"}};
     for (const auto& row : rows) {
-        const auto read = read_token(file(row.text, "token"));
+        const auto read = token_of_file(file(row.text, "token"));
         ASSERT_FALSE(read) << row.text;
         EXPECT_NE(read.error().message.find(row.what), std::string::npos) << read.error().text();
         EXPECT_EQ(read.error().text().find("secret"), std::string::npos) << read.error().text();
     }
-    EXPECT_NE(read_token((folder / "none").string()).error().text().find("cannot be read"), std::string::npos);
-    EXPECT_FALSE(read_token(folder.string()));
+    EXPECT_NE(token_of_file((folder / "none").string()).error().text().find("cannot be read"), std::string::npos);
+    EXPECT_FALSE(token_of_file(folder.string()));
 }
 
 TEST_F(ConfigTest, AFollowerTakesNothingThatItsLeaderSays) {
