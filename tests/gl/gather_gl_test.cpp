@@ -21,6 +21,7 @@ protected:
     // Result: indirect light at the pixels of the live picture, settled or at rest.
     static std::vector<glm::vec3> shown(Renderer::DirectLight shading, const Scene& scene, bool at_rest) {
         Renderer renderer(context(), shading);
+        if (at_rest) renderer.set_links(128);  // each pixel has links of its own then
         renderer.set_refinement(at_rest);
         const auto frame = [&] {
             renderer.begin_frame(scene, 0);

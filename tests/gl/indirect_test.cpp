@@ -27,6 +27,7 @@ TEST(Indirect, IntegratingSphere) {
                           {as_point(*builtin_profile("wall_washer")), {0.2, -1.0, 0.7}, {-2.0, 1.2, 0.7}}};
     for (const Case& c : cases) {
         Renderer renderer(context(), direct_light());
+        make_coarse(renderer);
         const Scene scene =
             scene_with({{inward_sphere(radius, 128), glm::vec3(rho)}}, c.profile, c.light, orientation_of(c.turn));
         const double expected = rho * c.profile->flux_lm / (4 * std::numbers::pi * radius * radius);
@@ -47,6 +48,7 @@ TEST(Indirect, IntegratingSphere) {
 // The same through links and surfels; and after every bounce: rho Phi / (4 pi R² (1 - rho)).
 TEST(Indirect, IntegratingSphereInThePicture) {
     Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
     const auto profile = cosine_power(1000.0, 2.0);
     Scene scene = scene_with({{inward_sphere(2.0, 128), glm::vec3(0.5f)}}, profile, {0.5, 0.3, 0.4},
                              orientation_of({0.3, 0.8, 0.0}));
@@ -76,6 +78,7 @@ TEST(Indirect, ASpotInAClosedRoomKeepsItsFlux) {
                                light_seed(beam, middle, orientation_of({3.5, 1.1, 0.0})), light_seed(bulb, at_wall)};
     for (const LightSeed& light : cases) {
         Renderer renderer(context(), direct_light());
+        make_coarse(renderer);
         const Scene scene = scene_of_pieces(box({0, 0, 0}, glm::dvec3(side), rho, true), {light});
         const double expected = rho * light.profile->flux_lm / (6.0 * side * side * (1.0 - rho));
         double mean = 0.0;
@@ -103,6 +106,7 @@ TEST(Indirect, ASpotInAClosedRoomKeepsItsFlux) {
 // falls on the small surfels around a bulb 5 cm from the wall, and few of a far meter's links would meet those.
 TEST(Indirect, ABulbAtTheWallOfASphere) {
     Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
     const auto bulb = isotropic(1000.0);
     const Scene scene = scene_with({{inward_sphere(2.0, 128), glm::vec3(0.5f)}}, bulb, {0, 0, 1.95});
     const double expected = 0.5 * bulb->flux_lm / (16.0 * std::numbers::pi);
@@ -129,6 +133,7 @@ TEST(Indirect, ABrightSpotBehindAnOpening) {
                     {strip(-kHalf, kHalf, kHalf, 2), glm::vec3(0.0f)}},
                    isotropic(kCd), {0, kBulb, 0});
     Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
     for (const double x : {0.0, 0.03, 0.06, 0.12}) {
         const double width = 2.0 * kHalf * kEye / (kEye - kScreen), left = -x - 0.5 * width;
         constexpr int kCells = 400;
@@ -156,6 +161,7 @@ TEST(Indirect, ABulbNextToAPane) {
     pieces.back().material = pane;
     const Scene scene = scene_of_pieces(std::move(pieces), {light_seed(isotropic(100.0), {1.45, 1.5, 1.5})});
     Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
     const auto world = trace::make_world(scene);
     const std::vector<trace::MeterPoint> points = {{{0.0, 1.0, 1.2}, {1, 0, 0}, trace::Receives::plane},
                                                    {{3.0, 1.7, 1.0}, {-1, 0, 0}, trace::Receives::plane},
@@ -173,6 +179,7 @@ TEST(Indirect, ABulbNextToAPane) {
 
 TEST(Indirect, AFlatPlaneAloneLightsNothing) {
     Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
     const Scene scene = floor_scene(10.0, 0.8f, isotropic(1000.0), {0, 2, 0});
     for (const Quality quality : {Quality::interactive, Quality::rsm}) {
         EXPECT_EQ(renderer.meter(scene, {0.5, 0, 0.2}, {0, 1, 0}, quality).indirect_lx(), 0.0);
@@ -185,6 +192,7 @@ TEST(Indirect, TurningTheLuminaireKeepsItsFlux) {
     for (const auto& profile : {cosine_power(1000.0, 30.0), as_point(*builtin_profile("narrow_spot")),
                                 as_point(*builtin_profile("street"))}) {
         Renderer renderer(context(), direct_light());
+        make_coarse(renderer);
         Scene scene = scene_with({{inward_sphere(3.0, 64), glm::vec3(1.0f)}}, profile, {0.3, 0.1, -0.2});
         for (int k = 0; k < 12; ++k) {
             scene.lights[0].world_from_light = orientation_of({0.7 * k, 0.13 + 0.41 * k, 1.1 * k});
@@ -202,6 +210,7 @@ TEST(Indirect, TurningTheLuminaireKeepsItsFlux) {
 TEST(Indirect, MaskIntegratesToTheFlux) {
     for (const char* name : {"downlight", "wall_washer", "bulb", "linear"}) {
         Renderer renderer(context(), direct_light());
+        make_coarse(renderer);
         const auto profile = as_point(*builtin_profile(name));
         const Scene scene = floor_scene(4.0, 0.5f, profile, {0, 2, 0}, orientation_of({0.4, 0.9, 0.2}));
         constexpr int n = 256;  // sampled at its own centres, bilinear between the mask's texels
@@ -223,6 +232,7 @@ TEST(Indirect, MaskIntegratesToTheFlux) {
 // all.
 TEST(Indirect, AgreesWithTheReference) {
     Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
     const Scene scene = scene_of(builtin("cornell"));
     const std::vector<trace::MeterPoint> points = {
         {{-1.999, 1.0, 0.5}, {1, 0, 0}}, {{1.999, 2.2, 0.0}, {-1, 0, 0}},  {{0.0, 3.999, 0.9}, {0, -1, 0}},
@@ -256,6 +266,7 @@ TEST(Indirect, AgreesWithTheReference) {
 // A closed partition: what lies behind it receives nothing of the bounce.
 TEST(Indirect, ASealedRoomStaysDark) {
     Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
     const auto wall = [](double z, double facing) {
         return facing > 0 ? quad({-9, 0, z}, {9, 0, z}, {9, 9, z}, {-9, 9, z})
                           : quad({9, 0, z}, {-9, 0, z}, {-9, 9, z}, {9, 9, z});
@@ -277,6 +288,7 @@ TEST(Indirect, ASealedRoomStaysDark) {
 // Swept into contact with a bright wall the reading stays finite and never exceeds the wall's exitance rho · E.
 TEST(Indirect, ContactIsBounded) {
     Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
     const Scene scene = scene_with({{quad({-3, 0, 3}, {3, 0, 3}, {3, 0, -3}, {-3, 0, -3}), glm::vec3(0.8f)},
                                     {quad({-3, 0, -3}, {3, 0, -3}, {3, 3, -3}, {-3, 3, -3}), glm::vec3(0.8f)}},
                                    isotropic(1000.0), {0, 1.5, -1.5});
@@ -294,6 +306,7 @@ TEST(Indirect, ADarkProfileAndAMillionCandelaAreBothFinite) {
     const Scene room = scene_with({{inward_sphere(2.0, 64), glm::vec3(0.5f)}}, isotropic(1.0), {0.1, 0, 0});
     for (double candela : {0.0, 1e-30, 1e6, 1e12}) {
         Renderer renderer(context(), direct_light());
+        make_coarse(renderer);
         Scene scene = room;
         scene.lights[0].profile = isotropic(candela);
         const auto reading = renderer.meter(scene, {2, 0, 0}, {-1, 0, 0}, Quality::interactive);
@@ -309,6 +322,7 @@ TEST(Indirect, ADarkProfileAndAMillionCandelaAreBothFinite) {
 // The seed paper's estimator is unbiased over the whole sphere: its mean over a picture of the integrating sphere.
 TEST(Indirect, SeedTechniqueReadsTheSphereInTheMean) {
     Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
     const auto profile = cosine_power(1000.0, 2.0);
     Scene scene = scene_with({{inward_sphere(2.0, 128), glm::vec3(0.5f)}}, profile, {0.3, 0.2, 0.0});
     scene.technique = Technique::seed;
@@ -326,6 +340,7 @@ TEST(Indirect, SeedTechniqueReadsTheSphereInTheMean) {
 // the one that `--technique seed` means. Root mean square over the picture, relative to its mean.
 TEST(Indirect, SeedOverTheSphereBeatsSeedInADisk) {
     Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
     Scene scene = scene_of(builtin("cornell"));
     const auto picture = [&](Technique technique, unsigned samples) {
         scene.technique = technique;

@@ -127,7 +127,7 @@ TEST_P(Merged, ShowsNarrowBeams) {
 // Shadows of things as thin as railings.
 class MergedAtrium : public Merging {
 protected:
-    MergedAtrium() : Merging(builtin("atrium")) {}
+    MergedAtrium() : Merging(builtin("atrium")) { make_coarse(renderer); }
 };
 TEST_F(MergedAtrium, ShowsTheLightOfTheLuminairesOwnLayers) {
     repeat_light(scene, 6, [](Light& light, std::size_t i) {

@@ -52,6 +52,7 @@ Move a_millimetre(Scene scene, int step, std::uint32_t samples, double at_m) {
     const auto truth = trace::measure(*world, receivers.points, settings),
                moved_truth = trace::measure(*moved_world, receivers.points, settings);
     Renderer renderer(context(), Renderer::DirectLight::rays);
+    renderer.set_links(128);
     const auto shown = [&](const Scene& which) {
         show(renderer, which);
         return renderer.live_illuminance(which, true);

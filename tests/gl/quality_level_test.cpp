@@ -18,6 +18,7 @@ TEST(Efforts, TheWholePictureComesBack) {
     scene.width_px = 322;  // not a multiple of the grid's four pixels
     scene.height_px = 182;
     Renderer fresh(context(), Renderer::DirectLight::rays), moved(context(), Renderer::DirectLight::rays);
+    for (Renderer* renderer : {&fresh, &moved}) make_coarse(*renderer);
     show(fresh, scene);
     const std::vector<glm::vec3> whole = fresh.live_illuminance(scene, true);
 

@@ -13,7 +13,7 @@ import tempfile
 
 from headless import SKIPPED, run_script
 
-SIZE_PX, SAMPLES = 128, 256  # the size is gonio-bench's
+SIZE_PX, SAMPLES = 128, 64  # the size is gonio-bench's
 
 
 def main():

@@ -174,7 +174,7 @@ async function run(page, server) {
     check(difference(straight, turned) > 1, "dragging in the picture orbits the camera", `difference ${difference(straight, turned).toFixed(1)}`);
 
     // Size: a new decoder for a new stream.
-    for (const size of ["480x480", start.size_px.join("x")]) {
+    for (const size of ["800x800", start.size_px.join("x")]) {
         await page.locator("select[aria-label='Picture size']").selectOption(size);
         await until(`a picture of ${size}`, () => page.evaluate((wanted) => {
             const canvas = document.getElementById("canvas");
@@ -493,7 +493,7 @@ async function restart(page, server, {start}) {
 }
 
 await inBrowser(async (browser, servers) => {
-    servers.push(await startServer("127.0.0.1:0", ["--size", "800x800"]));
+    servers.push(await startServer("127.0.0.1:0", ["--size", "480x480"]));
     const page = await browser.newPage({viewport: {width: 1280, height: 800}});
     listen(page);
     const seen = await run(page, servers[0]);

@@ -86,7 +86,7 @@ async function run(page, server) {
 }
 
 await inBrowser(async (browser, servers) => {
-    servers.push(await startServer("127.0.0.1:0", ["--size", "800x800", "--max-transport-mib", "256"]));
+    servers.push(await startServer("127.0.0.1:0", ["--size", "480x480", "--max-transport-mib", "64"]));
     const page = await browser.newPage({viewport: {width: 1440, height: 900}});
     listen(page);
     await run(page, servers[0]);
