@@ -66,8 +66,8 @@ private:
             if (light == nullptr) continue;
             places_[i] = static_cast<int>(light - fresh_.lights.data());
             merge_light(*light, was_.lights[static_cast<std::size_t>(match.was)], i);
-            if (match.by == MatchedBy::number) report_.add(Merged::matched, light->name, "by its number and type");
-            if (match.by == MatchedBy::place) report_.add(Merged::matched, light->name, "by its name and place");
+            if (match.by == MatchedBy::number) report_.add(MergeLine::matched, light->name, "by its number and type");
+            if (match.by == MatchedBy::place) report_.add(MergeLine::matched, light->name, "by its name and place");
         }
         for (std::size_t i = 0; i < places_.size(); ++i) {  // once all are found: indices of both editions overlap
             if (places_[i] < 0) continue;
@@ -82,42 +82,42 @@ private:
         const Light& file = file_.lights[index];
         MergedLight merged{.before = light, .position = was.position, .world_from_light = was.world_from_light};
         bool changed = light.missing || was.name != now.name || was.rows != now.rows;
-        if (std::exchange(light.missing, false)) report_.add(Merged::back, light.name);
+        if (std::exchange(light.missing, false)) report_.add(MergeLine::back, light.name);
         merged.moved = glm::distance(was.position, now.position) > kSamePlace_m;
         const bool moved_here = glm::distance(was.position, light.position) > kSamePlace_m;
         if (merged.moved) {
-            report_.add(Merged::moved, light.name,
+            report_.add(MergeLine::moved, light.name,
                         printed("by %.4g m, to %.4g,%.4g,%.4g", glm::distance(was.position, now.position),
                                 now.position.x, now.position.y, now.position.z));
             if (moved_here && glm::distance(light.position, now.position) > kSamePlace_m)
-                report_.add(Merged::conflict, light.name, "was moved here too: the file counts");
+                report_.add(MergeLine::conflict, light.name, "was moved here too: the file counts");
             light.position = now.position;
         } else if (moved_here) {
-            report_.add(Merged::kept, light.name, "its place");
+            report_.add(MergeLine::kept, light.name, "its place");
         }
         merged.turned = differ(was.world_from_light, now.world_from_light);
         merged.mounted = differ(light.world_from_mount, file.world_from_mount);
         light.world_from_mount = file.world_from_mount;
         if (!differ(was.world_from_light, light.world_from_light)) {
-            if (merged.turned) report_.add(Merged::turned, light.name);
+            if (merged.turned) report_.add(MergeLine::turned, light.name);
             if (merged.turned || merged.mounted) {
                 light.world_from_light = file.world_from_light;
                 light.pan_rad = file.pan_rad, light.tilt_rad = file.tilt_rad, light.roll_rad = file.roll_rad;
             }
         } else {
-            if (merged.turned) report_.add(Merged::kept, light.name, "its aim");
+            if (merged.turned) report_.add(MergeLine::kept, light.name, "its aim");
             if (merged.mounted)  // pan and tilt stay, about axes that hang in another way
                 light.world_from_light = glm::normalize(
                     light.world_from_mount * orientation_of({light.pan_rad, light.tilt_rad, light.roll_rad}));
         }
         const bool other_type = was.type != now.type || was.mode != now.mode;
-        if (other_type) report_.add(Merged::mode, light.name, type_words(was) + " -> " + type_words(now));
+        if (other_type) report_.add(MergeLine::mode, light.name, type_words(was) + " -> " + type_words(now));
         bool other_web = false;
         if (has_own_web(light, was)) {
-            if (other_type) report_.add(Merged::kept, light.name, "its own profile");
+            if (other_type) report_.add(MergeLine::kept, light.name, "its own profile");
         } else {
             other_web = !other_type && !is_same_web(*light.profile, *file.profile);
-            if (other_web) report_.add(Merged::web, light.name, "shines in another way");
+            if (other_web) report_.add(MergeLine::web, light.name, "shines in another way");
             merged.other_profile = true;
             light.profile = file.profile;
         }
@@ -145,7 +145,7 @@ private:
         for (const Renaming& one : renamings) leaving.insert(one.before);
         const auto stays = [&](const Renaming& one) {
             if (!one.taken || leaving.contains(one.wanted)) return false;
-            report_.add(Merged::kept, one.before, "its name: another light or group has \"" + one.wanted + "\"");
+            report_.add(MergeLine::kept, one.before, "its name: another light or group has \"" + one.wanted + "\"");
             leaving.erase(one.before);
             return true;
         };
@@ -164,7 +164,7 @@ private:
             if (light.name == was)
                 renamings.push_back({light.name, now, is_taken(fresh_, now)});
             else
-                report_.add(Merged::kept, light.name, "its name");
+                report_.add(MergeLine::kept, light.name, "its name");
         }
         drop_taken_names(renamings);
         std::set<std::string> wanted, taken = names_taken();
@@ -177,7 +177,7 @@ private:
             if (!wanted.contains(one.before)) taken.erase(one.before);
             taken.insert(name);
             new_by_old[one.before] = name;
-            report_.add(Merged::renamed, one.before, "to \"" + name + "\"");
+            report_.add(MergeLine::renamed, one.before, "to \"" + name + "\"");
         }
         give_names(fresh_, new_by_old, warnings_);
     }
@@ -211,7 +211,7 @@ private:
             ImportedLight gone = was_.lights[index];
             gone.own_web = has_own_web(light, gone);
             gone.gone = true;
-            if (!light.missing) report_.add(Merged::removed, light.name, "it stays dark");
+            if (!light.missing) report_.add(MergeLine::removed, light.name, "it stays dark");
             light.missing = true;
             light.seed = -1;
             light.imported = static_cast<int>(now_->lights.size());
@@ -226,7 +226,7 @@ private:
             if (places_[i] >= 0) continue;
             const int was = matches_[i].was;
             if (was >= 0 && !was_.lights[static_cast<std::size_t>(was)].gone) {
-                report_.add(Merged::kept, now_->lights[i].name, "was removed here");
+                report_.add(MergeLine::kept, now_->lights[i].name, "was removed here");
                 continue;
             }
             if (fresh_.lights.size() >= kMaxLights)
@@ -236,7 +236,7 @@ private:
             light.id = fresh_.next_light_id++;
             light.name = unused(light.name, taken);
             taken.insert(light.name);
-            report_.add(Merged::added, light.name);
+            report_.add(MergeLine::added, light.name);
             places_[i] = static_cast<int>(fresh_.lights.size());
             fresh_.lights.push_back(std::move(light));
         }

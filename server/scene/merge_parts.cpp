@@ -60,7 +60,7 @@ std::shared_ptr<const v1::SetPatch> merged_patch(const Scene& before, const Scen
                                                  const std::shared_ptr<const v1::SetPatch>& patch,
                                                  MergeReport& report) {
     if (!patch && std::ranges::any_of(lights, [](const MergedRows& light) { return !light.was.empty(); })) {
-        report.add(Merged::kept, "patch", "the default one");
+        report.add(MergeLine::kept, "patch", "the default one");
         return nullptr;
     }
     const auto ours = row_digests(patch.get());
@@ -71,11 +71,11 @@ std::shared_ptr<const v1::SetPatch> merged_patch(const Scene& before, const Scen
         const std::string own = found == ours.end() ? "" : found->second;
         const bool changed = light.now != light.was && !light.file.empty(), edited = own != light.was;
         if (changed && !light.fresh)
-            report.add(Merged::patched, light.light,
+            report.add(MergeLine::patched, light.light,
                        or_none(light.addresses_was) + " -> " + or_none(light.addresses_now));
         if (changed && edited && own != light.now && !light.fresh)
-            report.add(Merged::conflict, light.light, "was patched here too: the file counts");
-        if (!changed && edited) report.add(Merged::kept, light.light, "its patch");
+            report.add(MergeLine::conflict, light.light, "was patched here too: the file counts");
+        if (!changed && edited) report.add(MergeLine::kept, light.light, "its patch");
         if (light.file.empty() || (!changed && edited)) continue;
         of_file[light.file] = light.light;
         replaced.insert(light.light);
@@ -113,13 +113,13 @@ void merge_groups(Scene& scene, const Imported& was, const std::vector<std::stri
         if (there == scene.groups.end()) {
             if (lights.empty()) continue;
             if (before != nullptr)
-                report.add(Merged::kept, name, "this group was removed here");
+                report.add(MergeLine::kept, name, "this group was removed here");
             else if (find_light(scene, name) != nullptr || scene.groups.size() >= kMaxGroups)
-                report.add(Merged::left_out, name,
+                report.add(MergeLine::left_out, name,
                            find_light(scene, name) != nullptr ? "a light has the name of this group"
                                                               : "a group beyond the " + std::to_string(kMaxGroups));
             else
-                report.add(Merged::group, name, "is new"), scene.groups[name] = lights;
+                report.add(MergeLine::group, name, "is new"), scene.groups[name] = lights;
             continue;
         }
         if (before == nullptr) continue;  // somebody's own
@@ -130,7 +130,7 @@ void merge_groups(Scene& scene, const Imported& was, const std::vector<std::stri
         for (const std::string& light : lights)
             if (!holds(base, light) && !holds(merged, light)) merged.push_back(light);
         if (merged == there->second) continue;
-        report.add(Merged::group, name,
+        report.add(MergeLine::group, name,
                    merged.empty() ? "is gone" : "has " + std::to_string(merged.size()) + " lights");
         if (merged.empty())
             scene.groups.erase(there);

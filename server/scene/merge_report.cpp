@@ -9,7 +9,7 @@ constexpr std::array<const char*, kMergedKinds> kMergedWords = {"added", "back",
 
 }  // namespace
 
-void MergeReport::add(Merged kind, const std::string& name, const std::string& what) {
+void MergeReport::add(MergeLine kind, const std::string& name, const std::string& what) {
     const auto at = static_cast<std::size_t>(kind);
     if (++counts_[at] > kMostMergeLines) return;
     lines_[at].push_back(std::string(kMergedWords[at]) + ": \"" + name + "\"" + (what.empty() ? "" : " " + what));
@@ -20,12 +20,12 @@ std::vector<std::string> MergeReport::lines(bool dry_run) const {
     const auto number = [&](const char* word, std::size_t count) {
         counted += std::string(word) + " " + std::to_string(count);
     };
-    number("added", count(Merged::added) + count(Merged::back));
-    number(", moved", count(Merged::moved));
-    number(", mode", count(Merged::mode));
-    number(", removed", count(Merged::removed));
+    number("added", count(MergeLine::added) + count(MergeLine::back));
+    number(", moved", count(MergeLine::moved));
+    number(", mode", count(MergeLine::mode));
+    number(", removed", count(MergeLine::removed));
     number(", unchanged", unchanged_);
-    number(", conflicts", count(Merged::conflict));
+    number(", conflicts", count(MergeLine::conflict));
     std::vector<std::string> all{counted};
     for (std::size_t kind = 0; kind < kMergedKinds; ++kind) {
         all.insert(all.end(), lines_[kind].begin(), lines_[kind].end());

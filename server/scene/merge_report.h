@@ -10,7 +10,7 @@ namespace gonio {
 
 inline constexpr std::size_t kMostMergeLines = 64;  // of a kind; the rest is counted in one line more
 
-enum class Merged : std::uint8_t {  // in the order of their lines
+enum class MergeLine : std::uint8_t {  // in the order of their lines
     added,
     back,     // its fixture was missing
     removed,  // its fixture is missing now
@@ -26,14 +26,14 @@ enum class Merged : std::uint8_t {  // in the order of their lines
     matched,   // by something else than its UUID
     left_out,
 };
-inline constexpr std::size_t kMergedKinds = static_cast<std::size_t>(Merged::left_out) + 1;
+inline constexpr std::size_t kMergedKinds = static_cast<std::size_t>(MergeLine::left_out) + 1;
 
 class MergeReport {
 public:
-    void add(Merged kind, const std::string& name, const std::string& what = {});
+    void add(MergeLine kind, const std::string& name, const std::string& what = {});
     // A light that neither the file nor anybody here has changed.
     void add_unchanged() { ++unchanged_; }
-    std::size_t count(Merged kind) const { return counts_[static_cast<std::size_t>(kind)]; }
+    std::size_t count(MergeLine kind) const { return counts_[static_cast<std::size_t>(kind)]; }
     // Result: "added 12, moved 30, mode 2, removed 1, unchanged 140, conflicts 0", then a line for each change.
     std::vector<std::string> lines(bool dry_run) const;
 

@@ -62,13 +62,13 @@ int stray_pixels(const Luma& shown, const Luma& truth, float codes) {
     return stray;
 }
 
-struct Case {
+struct StrayCase {
     const char* scene;
     double most;  // share of all pixels; flutes and folds finer than a pixel have the indirect light of its centre
 };
-class Stray : public testing::TestWithParam<Case> {};
-INSTANTIATE_TEST_SUITE_P(Cornell, Stray, testing::Values(Case{"cornell", 0.0002}));
-INSTANTIATE_TEST_SUITE_P(Atrium, Stray, testing::Values(Case{"atrium", 0.002}));
+class Stray : public testing::TestWithParam<StrayCase> {};
+INSTANTIATE_TEST_SUITE_P(Cornell, Stray, testing::Values(StrayCase{"cornell", 0.0002}));
+INSTANTIATE_TEST_SUITE_P(Atrium, Stray, testing::Values(StrayCase{"atrium", 0.002}));
 
 TEST_P(Stray, NoPixelsInStillsAndAtRest) {
     Scene scene = scene_of(builtin(GetParam().scene));

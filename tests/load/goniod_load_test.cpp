@@ -18,8 +18,6 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr int kViewers = 100, kIdle = 2000;
-
 TEST(LoadGoniod, AHundredViewersAmongTwoThousandIdleSockets) {
     const std::size_t most = conformance::raise_descriptor_limit();
     if (most < kViewers + kIdle + 100) GTEST_SKIP() << "only " << most << " descriptors";

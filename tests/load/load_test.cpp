@@ -17,7 +17,6 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr int kViewers = 100, kIdle = 2000;
 constexpr std::size_t kFrameBytes = 5'000;  // 30 a second: 1.2 Mb/s, a moving light at 800 × 800
 constexpr auto kFrameTime = 33ms;
 

@@ -13,6 +13,8 @@
 
 namespace gonio::load {
 
+inline constexpr int kViewers = 100, kIdle = 2000;  // clients of the tests
+
 enum class Kind : std::uint8_t {
     viewer,  // reads at once, acknowledges each frame
     idle,    // identified, wants neither video nor state, answers pings

@@ -34,9 +34,9 @@ using namespace std::chrono_literals;
 using conformance::Clock;
 
 constexpr int kClients = 4;
-constexpr auto kTick = 25ms;     // one operation of one client
-constexpr auto kLookAgain = 1s;  // at the lights that there are
-constexpr double kShortMinutes = 0.6;
+constexpr auto kOperationTime = 25ms;  // one operation of one client
+constexpr auto kLookAgain = 1s;        // at the lights that there are
+constexpr double kMixedMinutes = 0.6;
 constexpr double kLongLife = 3.0;  // minutes; in a shorter one caches and undo still fill
 constexpr auto kSilence = 60s;     // a request that nothing is said of for longer is lost
 
@@ -76,7 +76,7 @@ std::string difference(v1::State a, v1::State b) {
 class Mixed : public testing::Test {
 protected:
     const unsigned seed_ = static_cast<unsigned>(setting("GONIO_MIXED_SEED", 45));
-    const double minutes_ = setting("GONIO_MIXED_MINUTES", setting("GONIO_SOAK_MINUTES", 3 * kShortMinutes) / 3);
+    const double minutes_ = setting("GONIO_MIXED_MINUTES", setting("GONIO_SOAK_MINUTES", 3 * kMixedMinutes) / 3);
     const int kills_ = static_cast<int>(setting("GONIO_MIXED_KILLS", std::max(2.0, minutes_)));
     const test::TemporaryFolder folder_;
     const std::string state_file_ = folder_.path("show.json");
@@ -142,9 +142,10 @@ protected:
     }
     void work(std::chrono::duration<double> time) {
         auto next = Clock::now();
-        for (const auto until = next + time; Clock::now() < until && !HasFatalFailure(); next += kTick) {
+        for (const auto until = next + time; Clock::now() < until && !HasFatalFailure(); next += kOperationTime) {
             std::this_thread::sleep_until(next);
-            next = std::max(next, Clock::now() - kTick);  // what a busy machine could not do is not made up for
+            next =
+                std::max(next, Clock::now() - kOperationTime);  // what a busy machine could not do is not made up for
             if (Clock::now() - looked_ > kLookAgain) look();
             for (const auto& client : clients_) note(*client);
             Operator& client = *clients_[static_cast<std::size_t>(draw_.whole(0, kClients - 1))];

@@ -13,7 +13,7 @@
 namespace gonio {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::json;
 
 class PhotometryCommand : public ::testing::Test {
 protected:
@@ -38,7 +38,7 @@ TEST_F(PhotometryCommand, PrintsTheFieldsThatScriptsRelyOn) {
     std::ostringstream err;
     const std::string file = write("a.ies", ies::synthetic_lm63("downlight"));
     ASSERT_EQ(run_photometry(std::vector{file}, PhotometryFormat::json, out, err), 0);
-    const json printed = json::parse(out.str());
+    const Json printed = Json::parse(out.str());
     EXPECT_EQ(printed["type"], "C");
     EXPECT_EQ(printed["n_vertical"], 37);
     EXPECT_EQ(printed["n_horizontal"], 1);
@@ -62,7 +62,7 @@ TEST_F(PhotometryCommand, DiagnosticsAndErrorsSayWhere) {
     std::ostringstream out;
     std::ostringstream err;
     EXPECT_EQ(run_photometry(std::vector{bad, odd, folder_.string() + "/none"}, PhotometryFormat::json, out, err), 1);
-    const json printed = json::parse(out.str());
+    const Json printed = Json::parse(out.str());
     ASSERT_EQ(printed.size(), 3u);
     EXPECT_EQ(printed[0]["error"]["code"], "no_tilt");
     EXPECT_EQ(printed[0]["diagnostics"][0]["severity"], "error");
@@ -80,13 +80,13 @@ TEST_F(PhotometryCommand, TellsTheColour) {
     lamp.header += "[LAMP] TL5 49W/830\n";
     const std::vector file = {write("a.ies", lamp.text())};
     EXPECT_EQ(run_photometry(file, PhotometryFormat::json, out, err), 0);
-    EXPECT_EQ(json::parse(out.str())["colour"], json({{"cct_k", 3000.0}, {"cri", 80.0}, {"cri_is_least", true}}));
+    EXPECT_EQ(Json::parse(out.str())["colour"], Json({{"cct_k", 3000.0}, {"cri", 80.0}, {"cri_is_least", true}}));
     EXPECT_EQ(run_photometry(file, PhotometryFormat::text, text, err), 0);
     EXPECT_NE(text.str().find("colour temperature 3000 K, CRI at least 80"), std::string::npos);
     out.str("");
     const std::vector plain = {write("b.ies", ies::synthetic_lm63("bulb"))};
     EXPECT_EQ(run_photometry(plain, PhotometryFormat::json, out, err), 0);
-    EXPECT_EQ(json::parse(out.str())["colour"]["cct_k"], nullptr);
+    EXPECT_EQ(Json::parse(out.str())["colour"]["cct_k"], nullptr);
 }
 
 // The content decides; a name that says another format is told of.
@@ -96,11 +96,11 @@ TEST_F(PhotometryCommand, AnEndingOfAnotherFormat) {
     const std::vector files = {write("a.ldt", ies::synthetic_lm63("bulb")), write("b.IES", ies::synthetic_lm63("bulb")),
                                write("c.txt", ies::synthetic_lm63("bulb"))};
     EXPECT_EQ(run_photometry(files, PhotometryFormat::json, out, err), 0);
-    const json printed = json::parse(out.str());
+    const Json printed = Json::parse(out.str());
     EXPECT_EQ(printed[0]["diagnostics"][0]["code"], "other_ending");
     EXPECT_NE(printed[0]["diagnostics"][0]["message"].get<std::string>().find("LM-63-2019"), std::string::npos);
     for (int i = 1; i < 3; ++i)
-        for (const json& one : printed[static_cast<std::size_t>(i)]["diagnostics"])
+        for (const Json& one : printed[static_cast<std::size_t>(i)]["diagnostics"])
             EXPECT_NE(one["code"], "other_ending");
 }
 
@@ -129,7 +129,7 @@ TEST_F(PhotometryCommand, UgrTable) {
     std::ostringstream out;
     std::ostringstream err;
     EXPECT_EQ(run_photometry(std::vector{panel}, PhotometryFormat::json, out, err, 1.0), 0);
-    const json ugr = json::parse(out.str())["ugr"];
+    const Json ugr = Json::parse(out.str())["ugr"];
     EXPECT_EQ(ugr["spacing_to_height"], 1.0);
     ASSERT_EQ(ugr["rows"].size(), 19u);
     EXPECT_EQ(ugr["rows"][10]["x_h"], 4.0);

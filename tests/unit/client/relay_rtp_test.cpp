@@ -144,7 +144,7 @@ TEST(RelayRtp, WhatIsSentArrives) {
 }
 
 // ------------------------------------------------------------------------------------------------------- NAL units
-std::vector<Buffer> split(const Buffer& stream) {
+std::vector<Buffer> units_of(const Buffer& stream) {
     std::vector<Buffer> units;
     for (const ByteSpan one : nal_units(stream)) units.emplace_back(one.begin(), one.end());
     return units;
@@ -152,12 +152,13 @@ std::vector<Buffer> split(const Buffer& stream) {
 
 TEST(RelayNalUnits, LieBetweenStartCodesOfThreeOrFourBytes) {
     const std::vector<Buffer> wanted = {bytes({0x67, 0x42}), bytes({0x68, 0xCE}), bytes({0x65, 0, 0, 3, 1, 0x80})};
-    EXPECT_EQ(split(bytes({0, 0, 0, 1, 0x67, 0x42, 0, 0, 1, 0x68, 0xCE, 0, 0, 0, 0, 1, 0x65, 0, 0, 3, 1, 0x80, 0, 0})),
-              wanted);
-    EXPECT_TRUE(split({}).empty());
-    EXPECT_TRUE(split(bytes({0, 0, 1})).empty());
-    EXPECT_TRUE(split(bytes({0, 0, 0, 1, 0, 0, 1, 0, 0, 0})).empty());
-    EXPECT_TRUE(split(bytes({0x67, 0x42, 0, 0})).empty()) << "no start code";
+    EXPECT_EQ(
+        units_of(bytes({0, 0, 0, 1, 0x67, 0x42, 0, 0, 1, 0x68, 0xCE, 0, 0, 0, 0, 1, 0x65, 0, 0, 3, 1, 0x80, 0, 0})),
+        wanted);
+    EXPECT_TRUE(units_of({}).empty());
+    EXPECT_TRUE(units_of(bytes({0, 0, 1})).empty());
+    EXPECT_TRUE(units_of(bytes({0, 0, 0, 1, 0, 0, 1, 0, 0, 0})).empty());
+    EXPECT_TRUE(units_of(bytes({0x67, 0x42, 0, 0})).empty()) << "no start code";
     EXPECT_EQ(annex_b({wanted[0], wanted[1]}), bytes({0, 0, 0, 1, 0x67, 0x42, 0, 0, 0, 1, 0x68, 0xCE}));
 }
 

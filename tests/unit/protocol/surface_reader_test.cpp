@@ -11,7 +11,7 @@
 namespace gonio {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kMillisecond = 1'000'000;
 
 v1::SurfaceRow drives(const char* control, const char* target, const char* property) {
     v1::SurfaceRow row;
@@ -56,7 +56,7 @@ protected:
     std::size_t take(ControlInput input, std::int64_t at_ms) {
         input.device = "0944:0117@1-2";
         std::vector<SurfaceAction> actions;
-        reader.take(input, at_ms * kMs, now(), actions);
+        reader.take(input, at_ms * kMillisecond, now(), actions);
         return carry_out(actions);
     }
     // Of 14 bits unless said otherwise: then nothing is smoothed.
@@ -85,7 +85,7 @@ protected:
     }
     std::size_t step(std::int64_t at_ms) {
         std::vector<SurfaceAction> actions;
-        reader.step(at_ms * kMs, now(), actions);
+        reader.step(at_ms * kMillisecond, now(), actions);
         return carry_out(actions);
     }
     double level() { return values["key/level"]; }
@@ -455,11 +455,11 @@ protected:
     }
     std::vector<std::size_t> due(std::int64_t at_ms) {
         std::vector<std::size_t> result;
-        for (const auto& stroke : painter.due(controls, at_ms * kMs, 64)) result.push_back(stroke.control);
+        for (const auto& stroke : painter.due(controls, at_ms * kMillisecond, 64)) result.push_back(stroke.control);
         return result;
     }
     void heard(std::size_t control, ControlEvent::What what, double value, std::int64_t at_ms) {
-        painter.heard(control, controls[control], {what, control, value}, at_ms * kMs);
+        painter.heard(control, controls[control], {what, control, value}, at_ms * kMillisecond);
     }
     using Controls = std::vector<std::size_t>;
     std::vector<ControlSpec> controls;
@@ -477,7 +477,7 @@ TEST_F(Painter, SendsOnlyDifferencesAndNotTooOften) {
     EXPECT_EQ(due(1101), (Controls{0}));
     painter.want(0, 0.7);
     EXPECT_EQ(due(1120), Controls{}) << "20 ms between two";
-    EXPECT_EQ(painter.due_ns(controls, 1110 * kMs), 1121 * kMs);
+    EXPECT_EQ(painter.due_ns(controls, 1110 * kMillisecond), 1121 * kMillisecond);
     EXPECT_EQ(due(1121), (Controls{0}));
 }
 
@@ -531,8 +531,8 @@ TEST_F(Painter, EverythingAgainForANewBoxAndForForgetfulOnes) {
 
 TEST_F(Painter, ABoundIsSharedFairly) {
     for (std::size_t i = 0; i < 3; ++i) painter.want(i, 1);
-    EXPECT_EQ(painter.due(controls, 1000 * kMs, 2).size(), 2u);
-    const auto rest = painter.due(controls, 1000 * kMs, 2);
+    EXPECT_EQ(painter.due(controls, 1000 * kMillisecond, 2).size(), 2u);
+    const auto rest = painter.due(controls, 1000 * kMillisecond, 2);
     ASSERT_EQ(rest.size(), 1u);
     EXPECT_EQ(rest[0].control, 2u);
 }

@@ -10,11 +10,10 @@
 #include "server/scene/apply.h"
 #include "server/scene/cue_player.h"
 #include "server/scene/state.h"
+#include "tests/unit/second.h"
 
 namespace gonio {
 namespace {
-
-constexpr std::int64_t kSecond = 1'000'000'000;
 
 TEST(CueNumbers, AreExactThousandths) {
     EXPECT_EQ(parse_cue_number("1"), 1000u);

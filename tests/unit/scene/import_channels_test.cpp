@@ -29,7 +29,7 @@ std::string gdtf_of(const std::string& channels, const std::string& geometries =
     return *write_zip(std::vector<ZipFile>{{"description.xml", text}});
 }
 
-std::shared_ptr<SceneAsset> show_of(const std::string& gdtf) {
+std::shared_ptr<SceneAsset> imported_show(const std::string& gdtf) {
     const auto asset = imported(show_mvr(fixture("Spot", kHanging, kPatch), {{"Maker@Head.gdtf", gdtf}}));
     EXPECT_TRUE(asset->patch && check_patch(*asset->patch));
     return asset;
@@ -39,8 +39,8 @@ std::shared_ptr<SceneAsset> show_of(const std::string& gdtf) {
 // has them.
 TEST(ImportChannels, EmittersAddUp) {
     const auto asset =
-        show_of(gdtf_of(channel_text("Base", "ColorAdd_R", "1") + channel_text("Base", "ColorAdd_G", "2") +
-                        channel_text("Base", "ColorAdd_B", "3") + channel_text("Base", "ColorAdd_W", "4")));
+        imported_show(gdtf_of(channel_text("Base", "ColorAdd_R", "1") + channel_text("Base", "ColorAdd_G", "2") +
+                              channel_text("Base", "ColorAdd_B", "3") + channel_text("Base", "ColorAdd_W", "4")));
     const double y[] = {21.3, 71.5, 7.2, 100.0};
     const auto color = [&](std::vector<std::uint8_t> levels) { return heard(asset, levels).lights.at(0).color; };
     for (const std::vector<std::uint8_t>& levels : {std::vector<std::uint8_t>{255, 0, 0, 0},
@@ -65,7 +65,7 @@ TEST(ImportChannels, EmittersAddUp) {
 
 TEST(ImportChannels, ASingleEmitterOfAnotherColorIsDriven) {
     const auto asset =
-        show_of(gdtf_of(channel_text("Base", "ColorAdd_C", "1") + channel_text("Base", "ColorAdd_M", "2")));
+        imported_show(gdtf_of(channel_text("Base", "ColorAdd_C", "1") + channel_text("Base", "ColorAdd_M", "2")));
     const auto color = [&](std::vector<std::uint8_t> levels) { return heard(asset, levels).lights.at(0).color; };
     EXPECT_NEAR(luminance(color({255, 255})), 1.0, 0.01);
     EXPECT_GT(color({255, 0}).g, color({255, 0}).r) << "cyan";
@@ -76,8 +76,8 @@ TEST(ImportChannels, ASingleEmitterOfAnotherColorIsDriven) {
 // Filters are factors: cyan and magenta leave blue.
 TEST(ImportChannels, FiltersMultiply) {
     const auto asset =
-        show_of(gdtf_of(channel_text("Base", "ColorSub_C", "1") + channel_text("Base", "ColorSub_M", "2") +
-                        channel_text("Base", "ColorSub_Y", "3")));
+        imported_show(gdtf_of(channel_text("Base", "ColorSub_C", "1") + channel_text("Base", "ColorSub_M", "2") +
+                              channel_text("Base", "ColorSub_Y", "3")));
     EXPECT_EQ(scene_of(asset).lights.at(0).cct_k, 6000.0) << "the lamp's white is beside them";
     const auto share = [&](std::vector<std::uint8_t> levels) { return heard(asset, levels).lights.at(0).color; };
     EXPECT_NEAR(glm::length(share({0, 0, 0}) - glm::dvec3(1.0)), 0.0, 0.01);
@@ -92,7 +92,8 @@ TEST(ImportChannels, FiltersMultiply) {
 TEST(ImportChannels, DimmersOneBelowTheOtherMultiply) {
     const std::string bar =
         "<Geometry Name='Base'><Geometry Name='Cell'><Beam Name='Lens' LuminousFlux='1000'/></Geometry></Geometry>";
-    const auto asset = show_of(gdtf_of(channel_text("Base", "Dimmer", "1") + channel_text("Cell", "Dimmer", "2"), bar));
+    const auto asset =
+        imported_show(gdtf_of(channel_text("Base", "Dimmer", "1") + channel_text("Cell", "Dimmer", "2"), bar));
     const auto level = [&](std::uint8_t all, std::uint8_t cell) {
         return heard(asset, {all, cell}).lights.at(0).level_ratio;
     };
@@ -104,7 +105,7 @@ TEST(ImportChannels, DimmersOneBelowTheOtherMultiply) {
 // A colour temperature takes the place of the lamp's own, at the same lux.
 TEST(ImportChannels, TemperaturesAreTheLamps) {
     for (const char* attribute : {"CTO", "CTC", "CTB"}) {
-        const auto asset = show_of(gdtf_of(channel_text("Base", attribute, "1", "6500", "2700")));
+        const auto asset = imported_show(gdtf_of(channel_text("Base", attribute, "1", "6500", "2700")));
         const auto weight = [](const Light& light) { return light.color * white_factors(light.cct_k, 0.0); };
         const glm::dvec3 home = weight(scene_of(asset).lights.at(0));
         EXPECT_NEAR(glm::length(home - white_factors(6500, 0.0)), 0.0, 1e-9) << "its default";
@@ -114,7 +115,7 @@ TEST(ImportChannels, TemperaturesAreTheLamps) {
         EXPECT_NEAR(luminance(weight(warm)), 1.0, 1e-3);
         EXPECT_NEAR(heard(asset, {51}).lights.at(0).cct_k, 6500 - 0.2 * 3800, 1e-6);
         const auto unfilled =
-            show_of(gdtf_of(channel_text("Base", attribute, "1") + channel_text("Base", "Dimmer", "2")));
+            imported_show(gdtf_of(channel_text("Base", attribute, "1") + channel_text("Base", "Dimmer", "2")));
         EXPECT_TRUE(says(*unfilled, "the colour temperatures of a fixture type were never filled in"));
         EXPECT_EQ(heard(unfilled, {255, 255}).lights.at(0).cct_k, 6000.0) << "the lamp's own";
     }
@@ -122,10 +123,10 @@ TEST(ImportChannels, TemperaturesAreTheLamps) {
 
 TEST(ImportChannels, WhatDrivesNothingIsNamed) {
     const auto asset =
-        show_of(gdtf_of(channel_text("Base", "Dimmer", "1") + channel_text("Base", "Shutter1", "2") +
-                        channel_text("Base", "Shutter2", "3") + channel_text("Base", "Gobo2", "4") +
-                        channel_text("Base", "Gobo2Pos", "5") + channel_text("Base", "Iris", "6") +
-                        channel_text("Base", "ColorAdd_W", "") + channel_text("Base", "ColorSub_R", "8")));
+        imported_show(gdtf_of(channel_text("Base", "Dimmer", "1") + channel_text("Base", "Shutter1", "2") +
+                              channel_text("Base", "Shutter2", "3") + channel_text("Base", "Gobo2", "4") +
+                              channel_text("Base", "Gobo2Pos", "5") + channel_text("Base", "Iris", "6") +
+                              channel_text("Base", "ColorAdd_W", "") + channel_text("Base", "ColorSub_R", "8")));
     for (const char* attribute : {"Shutter2", "Gobo2", "Gobo2Pos", "Iris"})
         EXPECT_TRUE(says(*asset, std::string("\"Type ") + attribute + "\"")) << attribute;
     for (const char* attribute : {"Dimmer", "Shutter1", "ColorAdd_W", "ColorSub_R"})
@@ -153,7 +154,7 @@ std::string function_text(const std::string& attribute, const std::string& from,
 
 // A function ends one below the next one's DMXFrom: beyond it pan stays as it is.
 TEST(ImportChannels, PanEndsWhereItsFunctionDoes) {
-    const auto asset = show_of(head_of(channel_of(
+    const auto asset = imported_show(head_of(channel_of(
         "1", "", function_text("Pan", "0/1", "-180", "180") + function_text("PanRotate", "128/1", "-100", "100"))));
     EXPECT_TRUE(says(*asset, "drives nothing: \"Type PanRotate\""));
     const v1::PatchRow* pan = row_of(*asset, "Spot", "pan");
@@ -163,7 +164,7 @@ TEST(ImportChannels, PanEndsWhereItsFunctionDoes) {
     EXPECT_NEAR(std::abs(pan->ranges(0).high() - pan->ranges(0).low()), 2.0 * std::numbers::pi, 1e-9);
     const double home = scene_of(asset).lights.at(0).pan_rad;
     EXPECT_NEAR(heard(asset, {200, 0, 128, 0}).lights.at(0).pan_rad, home, 1e-9) << "PanRotate";
-    const auto two = show_of(head_of(
+    const auto two = imported_show(head_of(
         channel_of("1,2", "", function_text("Pan", "0/2", "-270", "0") + function_text("Pan", "32768/2", "0", "90"))));
     const v1::PatchRow* both = row_of(*two, "Spot", "pan");
     ASSERT_NE(both, nullptr);
@@ -176,7 +177,7 @@ TEST(ImportChannels, PanEndsWhereItsFunctionDoes) {
 // A file may write functions in any order, let them overlap, begin with a constant one, or hold any numbers: rows are
 // such as a patch takes, so that what is saved comes back.
 TEST(ImportChannels, RowsAreSuchAsAPatchTakes) {
-    const auto odd = [](const std::string& pan) { return show_of(head_of(channel_of("1,2", "", pan))); };
+    const auto odd = [](const std::string& pan) { return imported_show(head_of(channel_of("1,2", "", pan))); };
     for (const std::string& pan :
          {function_text("Pan", "128/1", "0", "90") + function_text("Pan", "0/1", "-90", "0"),
           function_text("Pan", "0/2", "-270", "270") + function_text("Pan", "0/2", "-180", "180"),
@@ -191,7 +192,7 @@ TEST(ImportChannels, RowsAreSuchAsAPatchTakes) {
         return "<DMXChannel DMXBreak='1' Offset='" + offset + "' Geometry='Base'><LogicalChannel Attribute='" +
                attribute + "'>" + functions + "</LogicalChannel></DMXChannel>";
     };
-    const auto lamp = show_of(gdtf_of(
+    const auto lamp = imported_show(gdtf_of(
         channel("1", "Dimmer", function_text("Dimmer", "0/1", "0", "0") + function_text("Dimmer", "10/1", "0", "1")) +
         channel("2", "CTC", function_text("CTC", "0/1", "0", "0") + function_text("CTC", "10/1", "8000", "2700")) +
         channel("3", "Zoom", function_text("Zoom", "0/1", "0", "0") + function_text("Zoom", "10/1", "10", "50")) +
@@ -214,7 +215,7 @@ TEST(ImportChannels, ManyPixelsAreReadAtOnce) {
                     "'><LogicalChannel Attribute='Dimmer'>" + function_text("Dimmer", "0/1", "0", "0.5") +
                     function_text("Dimmer", "128/1", "0.5", "1") + "</LogicalChannel></DMXChannel>";
     }
-    const auto asset = show_of(gdtf_of(channels, "<Geometry Name='Base'>" + cells + "</Geometry>"));
+    const auto asset = imported_show(gdtf_of(channels, "<Geometry Name='Base'>" + cells + "</Geometry>"));
     EXPECT_EQ(asset->patch->rows_size(), 300);
 }
 
@@ -222,7 +223,7 @@ TEST(ImportChannels, ManyPixelsAreReadAtOnce) {
 TEST(ImportChannels, PanMayBeAsleepAtHome) {
     const std::string functions =
         function_text("NoFeature", "0/2", "0", "1") + function_text("Pan", "256/2", "-270", "270");
-    const auto asset = show_of(head_of(channel_of("1,2", "", functions)));
+    const auto asset = imported_show(head_of(channel_of("1,2", "", functions)));
     EXPECT_NE(row_of(*asset, "Spot", "pan"), nullptr);
     EXPECT_NE(row_of(*asset, "Spot", "tilt"), nullptr);
     EXPECT_FALSE(says(*asset, "no tilt below a pan"));
@@ -236,7 +237,7 @@ TEST(ImportChannels, HeadsOfOtherKindsTurnAsTheirTree) {
     const std::string set_back = "{1,0,0,0}{0,0.984807753,-0.173648178,0}{0,0.173648178,0.984807753,0}{0,0,0,1}";
     for (const std::string& bytes : {head_of(pan, wall), head_of(pan, "", set_back), head_of(pan, wall, set_back),
                                      head_of(pan, "", set_back, ""), head_of(pan, wall, set_back, "")}) {
-        const auto asset = show_of(bytes);
+        const auto asset = imported_show(bytes);
         ASSERT_NE(row_of(*asset, "Spot", "pan"), nullptr);
         const auto type = gdtf::read_gdtf(*open_zip(bytes));
         ASSERT_TRUE(type);
@@ -270,7 +271,7 @@ TEST(ImportChannels, ModeMastersAreNamed) {
     const std::string zoom = "<DMXChannel DMXBreak='1' Offset='2' Geometry='Base'><LogicalChannel Attribute='Zoom'>" +
                              functions("ModeMaster='Base_Control1' ModeFrom='0/1' ModeTo='127/1'") +
                              "</LogicalChannel></DMXChannel>";
-    const auto asset = show_of(gdtf_of(master + zoom));
+    const auto asset = imported_show(gdtf_of(master + zoom));
     EXPECT_TRUE(says(*asset, "what depends on another channel is driven as at that channel's default: \"Type Zoom\""));
 }
 

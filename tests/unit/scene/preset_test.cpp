@@ -9,11 +9,10 @@
 #include "server/scene/apply.h"
 #include "server/scene/light_values.h"
 #include "server/scene/state.h"
+#include "tests/unit/second.h"
 
 namespace gonio {
 namespace {
-
-constexpr std::int64_t kSecond = 1'000'000'000;
 
 class Presets : public testing::Test {
 protected:

@@ -10,12 +10,12 @@
 #include "protocol/dmx/artnet.h"
 #include "protocol/surface/midi.h"
 #include "server/scene/timecode_chase.h"
+#include "tests/unit/second.h"
 
 namespace gonio {
 namespace {
 
 using enum TimecodeRate;
-constexpr std::int64_t kSecond = 1'000'000'000;
 
 Timecode tc(const char* text, TimecodeRate rate) {
     return {*parse_timecode(text), rate};
