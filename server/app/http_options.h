@@ -28,7 +28,7 @@ bool is_loopback(const std::string& host);
 // byte's place, never its value). Others than its owner may read it: *warning says so.
 Result<std::string> token_of_file(const std::string& path, std::string* warning = nullptr,
                                   const char* option = "--token-file");
-// Result: the tokens of both files. Errors: those of read_token; "invalid_argument" where a viewer's is alone or the
+// Result: the tokens of both files. Errors: those of token_of_file; "invalid_argument" where a viewer's is alone or the
 // same as the other. warnings: of both, in one line.
 Result<Tokens> read_tokens(const Options& options, std::string* warnings = nullptr);
 

@@ -41,8 +41,8 @@ unsigned meets(const trace::Geometry& geometry, std::span<const Drawn> drawn) {
 }
 
 constexpr unsigned kRays = 4, kFacing = trace::kPacket / kRays;  // of each point; points of a packet
-// Result: bits of the first kFacing points from which at least half of some rays meet surfaces that were reached.
-// Walks miss small faces, such as the edges of a table top; these face what the walks have met.
+// Result: bits of the first kFacing points from which some rays meet surfaces, and half of those that do meet one that
+// was reached. Walks miss small faces, such as the edges of a table top; these face what the walks have met.
 unsigned facing_reached(const trace::Geometry& geometry, std::span<const Drawn> drawn, const Reached& reached) {
     trace::RayPacket rays;
     for (unsigned k = 0; k < drawn.size() * kRays; ++k) {
@@ -56,10 +56,13 @@ unsigned facing_reached(const trace::Geometry& geometry, std::span<const Drawn> 
     const unsigned met = geometry.closest(rays, ~0u >> (32 - drawn.size() * kRays), hits, false);
     unsigned facing = 0;
     for (unsigned i = 0; i < drawn.size(); ++i) {
-        unsigned seen = 0;
-        for (unsigned k = i * kRays; k < (i + 1) * kRays; ++k)
-            if ((met >> k & 1u) != 0 && reached.sees(geometry, hits[k].position, hits[k].geometric)) ++seen;
-        if (2 * seen >= kRays) facing |= 1u << i;
+        unsigned any = 0, seen = 0;
+        for (unsigned k = i * kRays; k < (i + 1) * kRays; ++k) {
+            if ((met >> k & 1u) == 0) continue;  // into the open
+            ++any;
+            if (reached.sees(geometry, hits[k].position, hits[k].geometric)) ++seen;
+        }
+        if (any > 0 && 2 * seen >= any) facing |= 1u << i;
     }
     return facing;
 }
@@ -104,10 +107,10 @@ Areas::Areas(const trace::Geometry& geometry, std::span<const std::pair<int, int
 void Areas::widen(float width_m) {
     constexpr double kMost = 1.0 / 30.0;
     const double all_m2 = running.back();
-    // The two triangles of a long face share it, and each of them is half as wide as the face on the mean.
+    // A long face is two triangles, of half its area each.
     const auto drawn_m2 = [](const Triangle& one, double wide_m) {
         const double longest_m = static_cast<double>(one.longest_m);
-        return longest_m > wide_m ? std::max(one.area_m2, 0.25 * longest_m * wide_m) : one.area_m2;
+        return longest_m > 2.0 * wide_m ? std::max(one.area_m2, 0.5 * longest_m * wide_m) : one.area_m2;
     };
     for (double wide_m = static_cast<double>(width_m);; wide_m *= 0.7) {
         for (std::size_t i = 0; i < triangles.size(); ++i) running[i + 1] = running[i] + drawn_m2(triangles[i], wide_m);

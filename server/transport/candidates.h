@@ -39,8 +39,9 @@ struct Areas {
 
     // only: of these triangles alone (instance, triangle), in ascending order; empty: of all.
     explicit Areas(const trace::Geometry& geometry, std::span<const std::pair<int, int>> only = {});
-    // From now on long triangles that are narrower than this are drawn as if they were about as wide. Otherwise a place
-    // on the edge of a sheet would have no point near it. It adds a thirtieth to what is drawn at most.
+    // From now on long faces that are narrower than this are drawn as if they were as wide. Otherwise a place on the
+    // edge of a sheet would have no point near it. Where that would add more than a thirtieth to what is drawn, they
+    // are drawn as if they were narrower, all alike.
     void widen(float width_m);
     // Result: the area that each of `count` points stands for on the i-th triangle, of both sides together, m².
     double each_m2(std::size_t i, std::size_t count) const {

@@ -1,7 +1,6 @@
 #include "server/transport/surfels.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -135,7 +134,7 @@ struct Placement {
         if (few.empty() || stopped()) return {};
         surfels.radius_m = kDartRadius * static_cast<float>(std::sqrt(reached_m2 / count));
         const auto tried = static_cast<std::size_t>(kCandidates * count * all_m2 / std::max(reached_m2, 1e-3 * all_m2));
-        areas.widen(surfels.radius_m);
+        areas.widen(0.5f * surfels.radius_m);
         std::vector<Candidate> all = drawn(tried, 0x2545f491u);
         if (stopped()) return {};
         crowd(all, tried, count, surfels.radius_m);
@@ -217,12 +216,12 @@ struct Placement {
         const std::size_t evenly = all.size();
         for (const NearSources::End& end : near_sources.rays(pool, stopped)) {
             trace::SurfaceHit hit;
+            if (!geometry.surface_at(end.instance, end.triangle, end.u, end.v, end.front, hit)) continue;
             const std::size_t own = areas.find(end.instance, end.triangle);
-            if (own == areas.triangles.size() ||
-                !geometry.surface_at(end.instance, end.triangle, end.u, end.v, end.front, hit))
-                continue;
             all.push_back(candidate_at(geometry, hit, end.u, end.v));
-            all.back().area_m2 = areas.each_m2(own, drawn);
+            // On a triangle that no point was drawn on, rays alone count.
+            all.back().area_m2 =
+                own == areas.triangles.size() ? std::numeric_limits<double>::infinity() : areas.each_m2(own, drawn);
         }
         pool.run_chunks(all.size(), 1024, [&](std::size_t first, std::size_t size) {
             if (stopped()) return;

@@ -61,6 +61,14 @@ TEST(Transport, ThinEdgesInTheOpenHaveSurfels) {
         }
     }
     EXPECT_EQ(found, all);
+    double edges_m2 = 0.0;
+    for (std::size_t i = 0; i < made.surfels().count; ++i) {
+        const glm::dvec3 at = made.geometry->origin() + glm::dvec3(made.surfels().position(i));
+        if (std::abs(made.surfels().normal(i).y) < 0.5f && std::abs(at.x) < 1.0 && std::abs(at.z) < 1.0)
+            edges_m2 += static_cast<double>(made.surfels().area_m2[i]);
+    }
+    const double expected_m2 = 2 * (1.6 + 0.8) * 0.02;
+    EXPECT_NEAR(edges_m2, expected_m2, 0.2 * expected_m2);
 }
 
 // A pane that stops a fifth of the light has a fifth of its area, on each side, also where small surfels are.
