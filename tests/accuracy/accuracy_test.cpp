@@ -10,6 +10,7 @@
 
 #include "server/gl/context.h"
 #include "tests/accuracy/measure.h"
+#include "tests/scenes/show.h"
 
 namespace gonio::accuracy {
 
@@ -42,10 +43,7 @@ TEST_P(Accuracy, Reference) {
 void expect_within(const Case& c, Quality quality, double tolerance) {
     if (!the_context) GTEST_SKIP() << "no EGL";
     Renderer renderer(*the_context);
-    if (c.part == Part::direct) {  // how surfaces exchange light is not looked at
-        renderer.set_surfels({0.06, 1000, 4000});
-        renderer.set_links(128);
-    }
+    if (c.part == Part::direct) test::make_coarse(renderer);
     const std::vector<Value> values = by_renderer(renderer, c, quality);
     for (std::size_t i = 0; i < values.size(); ++i) {
         EXPECT_LE(std::abs(relative_difference(c, c.figures[i], values[i].value)), tolerance)

@@ -14,10 +14,6 @@ bool counts(Part wanted, Part part) {
     return wanted == Part::total || wanted == part;
 }
 
-int bounces_of(const Case& c) {
-    return c.part == Part::direct ? 0 : c.settings.bounces;
-}
-
 }  // namespace
 
 std::vector<Value> by_reference(const Case& c) {
@@ -25,9 +21,7 @@ std::vector<Value> by_reference(const Case& c) {
     for (const Figure& figure : c.figures) {
         for (const Sample& sample : figure.samples) points.push_back({sample.position, sample.normal});
     }
-    trace::Settings settings = c.settings;
-    settings.bounces = bounces_of(c);
-    const auto readings = trace::measure(*trace::make_world(c.scene), points, settings);
+    const auto readings = trace::measure(*trace::make_world(c.scene), points, c.settings);
     std::vector<Value> values;
     std::size_t next = 0;
     for (const Figure& figure : c.figures) {
@@ -55,7 +49,7 @@ std::vector<Value> by_renderer(Renderer& renderer, const Case& c, Renderer::Mete
     for (const Figure& figure : c.figures) {
         Value sum;
         for (const Sample& sample : figure.samples) {
-            const auto reading = renderer.meter(c.scene, sample.position, sample.normal, quality, bounces_of(c));
+            const auto reading = renderer.meter(c.scene, sample.position, sample.normal, quality, c.settings.bounces);
             if (counts(c.part, Part::direct)) sum.value += sample.weight * reading.direct_lx();
             if (counts(c.part, Part::indirect)) sum.value += sample.weight * reading.indirect_lx();
         }

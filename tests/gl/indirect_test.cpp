@@ -106,7 +106,6 @@ TEST(Indirect, ASpotInAClosedRoomKeepsItsFlux) {
 // falls on the small surfels around a bulb 5 cm from the wall, and few of a far meter's links would meet those.
 TEST(Indirect, ABulbAtTheWallOfASphere) {
     Renderer renderer(context(), direct_light());
-    make_coarse(renderer);
     const auto bulb = isotropic(1000.0);
     const Scene scene = scene_with({{inward_sphere(2.0, 128), glm::vec3(0.5f)}}, bulb, {0, 0, 1.95});
     const double expected = 0.5 * bulb->flux_lm / (16.0 * std::numbers::pi);
@@ -232,7 +231,6 @@ TEST(Indirect, MaskIntegratesToTheFlux) {
 // all.
 TEST(Indirect, AgreesWithTheReference) {
     Renderer renderer(context(), direct_light());
-    make_coarse(renderer);
     const Scene scene = scene_of(builtin("cornell"));
     const std::vector<trace::MeterPoint> points = {
         {{-1.999, 1.0, 0.5}, {1, 0, 0}}, {{1.999, 2.2, 0.0}, {-1, 0, 0}},  {{0.0, 3.999, 0.9}, {0, -1, 0}},

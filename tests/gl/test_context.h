@@ -10,6 +10,7 @@
 #include "server/gl/context.h"
 #include "server/render/renderer.h"
 #include "tests/scenes/scenes.h"
+#include "tests/scenes/show.h"
 
 namespace gonio::test {
 
@@ -17,12 +18,6 @@ namespace gonio::test {
 const gl::Context& context();
 // How this run shades direct light: --direct-light gl or rays on the command line.
 Renderer::DirectLight direct_light();
-
-// For what does not depend on how many surfels and links there are: which passes run, and direct light.
-inline void make_coarse(Renderer& renderer) {
-    renderer.set_surfels({0.06, 1000, 4000});
-    renderer.set_links(128);
-}
 
 // The built-in scenes with luminaires as points, the same asset each time: a renderer takes the surfels and links of
 // the one before.

@@ -1,4 +1,4 @@
-// A scene's live picture to the end, and what a frame of it took.
+// A renderer for tests; a scene's live picture to the end, and what a frame of it took.
 #pragma once
 
 #include <set>
@@ -7,6 +7,13 @@
 #include "server/render/renderer.h"
 
 namespace gonio::test {
+
+// For what does not depend on how many surfels and links there are, which passes run and direct light, and for bounds
+// that hold with few of them.
+inline void make_coarse(Renderer& renderer) {
+    renderer.set_surfels({0.06, 1000, 4000});
+    renderer.set_links(128);
+}
 
 // Renders live frames of a scene until the picture is all there is to come: of several luminaires more than one.
 inline void show(Renderer& renderer, const Scene& scene) {

@@ -13,7 +13,8 @@ import tempfile
 
 from headless import SKIPPED, run_script
 
-SIZE_PX, SAMPLES = 128, 64  # the size is gonio-bench's
+SIZE_PX = 128  # gonio-bench's
+SAMPLES, SAMPLES_OF_THE_PAGE = 64, 256
 
 
 def main():
@@ -21,10 +22,11 @@ def main():
     if len(arguments) not in (1, 3) or (len(arguments) == 3 and arguments[1] != "--markdown"):
         raise SystemExit(__doc__)
     bench, markdown = arguments[0], arguments[1:]
+    samples = SAMPLES_OF_THE_PAGE if markdown else SAMPLES
     with tempfile.TemporaryDirectory(prefix="gonio-cycles-") as directory:
         names = subprocess.run([bench, "crosscheck", "--prepare", directory], stdout=subprocess.PIPE, text=True,
                                timeout=60, check=True).stdout.split()
-        printed = run_script("cycles_scene.py", directory, str(SIZE_PX), str(SAMPLES), *names)
+        printed = run_script("cycles_scene.py", directory, str(SIZE_PX), str(samples), *names)
         if printed is None:
             return SKIPPED
         print(next(line for line in printed.splitlines() if line.startswith("calibration")), flush=True)

@@ -11,6 +11,8 @@ import {asked, check, difference, end, inBrowser, kTimeoutMs, listen as listenTo
     startServer as startBare, state, until} from "./harness.mjs";
 
 const kMalformed = "IESNA:LM-63-2002\n[TEST] none\n[MANUFAC] nobody\nthis is no TILT line\n1 2 3\n";
+// One of those that the page offers.
+const kSize = ["--size", "480x480"];
 // Absolute photometry, rotationally symmetric, 5000 cd down to nothing at 40°.
 const kNarrow = ["IESNA:LM-63-2002", "[TEST] none", "[MANUFAC] Gonio tests", "[LUMCAT] NARROW", "[LUMINAIRE] narrow beam",
     "TILT=NONE", "1 -1 1 7 1 1 2 0 0 0", "1 1 50", "0 10 20 30 40 60 90", "0", "5000 4000 1500 300 0 0 0", ""].join("\n");
@@ -478,7 +480,7 @@ async function restart(page, server, {start}) {
     await until("the page knowing that it is alone", () => page.evaluate(() => !window.gonio.connected));
     check(await page.locator("#veil").isVisible(), "a lost connection is shown");
     const frames = await page.evaluate(() => window.gonio.framesDecoded);
-    const again = await startServer(address);
+    const again = await startServer(address, kSize);
     await until("the connection again", () => page.evaluate(() => window.gonio.connected));
     await until("new frames", () => page.evaluate((count) => window.gonio.framesDecoded > count, frames));
     outage = false;
@@ -493,7 +495,7 @@ async function restart(page, server, {start}) {
 }
 
 await inBrowser(async (browser, servers) => {
-    servers.push(await startServer("127.0.0.1:0", ["--size", "480x480"]));
+    servers.push(await startServer("127.0.0.1:0", kSize));
     const page = await browser.newPage({viewport: {width: 1280, height: 800}});
     listen(page);
     const seen = await run(page, servers[0]);

@@ -234,7 +234,7 @@ await inBrowser(async (browser, servers) => {
     await size(page);
     await page.close();
     // How soon pictures follow is asked of those that are rendered.
-    servers.push(await startServer("127.0.0.1:0"));
+    servers.push(await startServer("127.0.0.1:0", ["--size", "400x400"]));
     const rendered = await open({viewport: {width: 1280, height: 900}}, servers[1]);
     await follows(rendered);
     if (screenshot) await rendered.screenshot({path: screenshot});

@@ -31,7 +31,8 @@ process.on("exit", () => { for (const child of children) child.kill("SIGKILL"); 
 // start. Tests that look at no pixel of it give `--renderer null`.
 const kCheap = {"--scene": "cornell", "--size": "400x400", "--max-transport-mib": "16"};
 export function startServer(listen, more = []) {
-    const cheap = Object.entries(kCheap).filter(([option]) => !more.includes(option)).flat();
+    const kept = more.includes("--state") ? ["--size"] : [];    // which it restores
+    const cheap = Object.entries(kCheap).filter(([option]) => !more.includes(option) && !kept.includes(option)).flat();
     return new Promise((resolve, reject) => {
         const child = spawn(binary, ["--listen", listen, ...cheap, ...more], {stdio: ["ignore", "pipe", "pipe"]});
         children.add(child);
