@@ -117,7 +117,7 @@ TEST(Cornell, ReadyStateAndCostTable) {
 
 // Nobody looks, nobody asks: no surfel and no link is made.
 TEST(Cornell, NothingIsPreparedForNobody) {
-    DaemonProcess daemon({"--renderer", "gl", "--size", "256x256"});
+    DaemonProcess daemon({"--renderer", "gl", "--size", "256x256", "--max-transport-mib", "256"});
     EXPECT_TRUE(comes_to_rest(daemon.pid(), 0.1));
     Json stats = daemon.json({"stats"});  // which asks for it
     EXPECT_FALSE(stats["transport_ready"].get<bool>());
@@ -126,7 +126,7 @@ TEST(Cornell, NothingIsPreparedForNobody) {
         stats = daemon.json({"stats"});
     }
     EXPECT_TRUE(stats["transport_ready"].get<bool>());
-    EXPECT_GT(stats["transport"]["surfels"].get<int>(), 1000);
+    EXPECT_GT(stats["transport"]["surfels"].get<int>(), 10'000);
 }
 
 TEST(Cornell, NothingHappensWhileNothingChanges) {

@@ -215,7 +215,7 @@ async function follows(page) {
 }
 
 await inBrowser(async (browser, servers) => {
-    servers.push(await startServer("127.0.0.1:0", ["--renderer", "null"]));
+    servers.push(await startServer("127.0.0.1:0", ["--renderer", "null", "--size", "400x400"]));
     const open = async (options, server = servers[0]) => {
         const page = await browser.newPage(options);
         listen(page);
