@@ -5,11 +5,11 @@
 #include "protocol/dmx/artnet_sources.h"
 #include "protocol/schema/console.pb.h"
 #include "tests/console/packets.h"
+#include "tests/unit/second.h"
 
 namespace gonio {
 namespace {
 
-constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr UdpPeer kDesk{0x0A000001, 6454}, kBackup{0x0A000002, 6454}, kThird{0x0A000003, 6454};
 
 TEST(Artnet, DmxDecodes) {

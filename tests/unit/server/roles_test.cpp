@@ -1,13 +1,12 @@
 // Who may change what, and who holds the camera.
 #include "server/session/roles.h"
 #include "protocol/schema/session.pb.h"
+#include "tests/unit/second.h"
 
 #include <gtest/gtest.h>
 
 namespace gonio {
 namespace {
-
-constexpr std::int64_t kSecond = 1'000'000'000;
 
 class RolesTest : public testing::Test {
 protected:
