@@ -1,7 +1,6 @@
 #include "server/transport/candidates.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "server/trace/sampler.h"
@@ -70,8 +69,9 @@ unsigned facing_reached(const trace::Geometry& geometry, std::span<const Drawn> 
 // Calls job(point) for those whose bits are in chosen(points), which is asked for so many points at a time.
 template <typename Chosen, typename Job>
 void for_chosen(std::span<const Drawn> drawn, std::size_t most, const Chosen& chosen, const Job& job) {
-    for (; !drawn.empty(); drawn = drawn.subspan(std::min(most, drawn.size()))) {
+    while (!drawn.empty()) {
         const std::span<const Drawn> some = drawn.first(std::min(most, drawn.size()));
+        drawn = drawn.subspan(some.size());
         const unsigned bits = chosen(some);
         for (std::size_t k = 0; k < some.size(); ++k)
             if ((bits >> k & 1u) != 0) job(some[k]);
@@ -80,10 +80,11 @@ void for_chosen(std::span<const Drawn> drawn, std::size_t most, const Chosen& ch
 
 }  // namespace
 
-Candidate candidate_at(const trace::Geometry& geometry, const trace::SurfaceHit& hit, float u, float v) {
+Candidate candidate_at(const trace::Geometry& geometry, const trace::SurfaceHit& hit, float u, float v,
+                       double area_m2) {
     const float passed =
         geometry.transmissive() ? geometry.transparency_at(hit.instance, hit.triangle, u, v).share : 0.0f;
-    return {hit, hit.albedo, geometry.detailed_normal(hit, u, v), 1.0f - passed};
+    return {hit, hit.albedo, geometry.detailed_normal(hit, u, v), 1.0f - passed, area_m2};
 }
 
 Areas::Areas(const trace::Geometry& geometry, std::span<const std::pair<int, int>> only) {
@@ -158,8 +159,7 @@ std::vector<Candidate> candidates(const trace::Geometry& geometry, const Areas& 
         for_chosen(
             drawn, trace::kPacket, [&](std::span<const Drawn> some) { return meets(geometry, some); },
             [&](const Drawn& one) {
-                found[first / kChunk].push_back(candidate_at(geometry, one.hit, one.u, one.v));
-                found[first / kChunk].back().area_m2 = one.area_m2;
+                found[first / kChunk].push_back(candidate_at(geometry, one.hit, one.u, one.v, one.area_m2));
             });
     });
     std::vector<Candidate> all;

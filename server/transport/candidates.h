@@ -24,8 +24,8 @@ struct Candidate : trace::SurfacePoint {
     double lit = 0.0;        // by all near sources alike, in any unit
     float spacing_m = 0.0f;  // of surfels there
 };
-// Of a point of a triangle; the rest is left at 0.
-Candidate candidate_at(const trace::Geometry& geometry, const trace::SurfaceHit& hit, float u, float v);
+// Of a point of a triangle. area_m2: that it stands for. What is told by sources is left at 0.
+Candidate candidate_at(const trace::Geometry& geometry, const trace::SurfaceHit& hit, float u, float v, double area_m2);
 
 // All triangles by the area up to them, so that points are drawn evenly.
 struct Areas {
@@ -52,8 +52,8 @@ struct Areas {
 };
 
 // Draws `count` points over both sides of all triangles, one from each share of their area. Result: those that light
-// reaches. seed: of the random numbers; the result depends on nothing else. stopped: asked now and
-// then. When it is true, some are left out.
+// reaches. seed: of the random numbers; the result depends on nothing else. stopped: asked now and then. When it is
+// true, some are left out.
 std::vector<Candidate> candidates(const trace::Geometry& geometry, const Areas& areas, std::size_t count,
                                   std::uint32_t seed, const Reached& reached, Pool& pool,
                                   const std::function<bool()>& stopped);

@@ -218,10 +218,10 @@ struct Placement {
             trace::SurfaceHit hit;
             if (!geometry.surface_at(end.instance, end.triangle, end.u, end.v, end.front, hit)) continue;
             const std::size_t own = areas.find(end.instance, end.triangle);
-            all.push_back(candidate_at(geometry, hit, end.u, end.v));
             // On a triangle that no point was drawn on, rays alone count.
-            all.back().area_m2 =
+            const double drawn_m2 =
                 own == areas.triangles.size() ? std::numeric_limits<double>::infinity() : areas.each_m2(own, drawn);
+            all.push_back(candidate_at(geometry, hit, end.u, end.v, drawn_m2));
         }
         pool.run_chunks(all.size(), 1024, [&](std::size_t first, std::size_t size) {
             if (stopped()) return;
