@@ -78,6 +78,8 @@ export class Handles {
         const place = this.#at(event);
         return place.x >= 0 && place.x <= 1 && place.y >= 0 && place.y <= 1 ? place : null;
     }
+    // A picture is there that nothing newer follows.
+    atRest() { this.#readout.again(); }
     // Result: what lies at a place of the picture (Pick); null where the connection has ended.
     pickAt(place) { return this.#readout.at(place); }
     // Result: the name of the light under the pointer; undefined where there is none.

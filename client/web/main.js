@@ -109,6 +109,7 @@ function showLink() {
 }
 connection.addEventListener("status", showLink);
 connection.addEventListener("ready", showLink);
+video.addEventListener("shown", ({detail}) => { if (detail.final) handles.atRest(); });
 video.addEventListener("shown", () => { pictureSeen = true; if (!$("veil").hidden) showLink(); });
 setInterval(() => { if (connection.status.state === "waiting") showLink(); }, 250);
 for (const id of ["link", "retry"]) $(id).addEventListener("click", () => connection.retry());
@@ -121,6 +122,7 @@ $("token").addEventListener("submit", (event) => {
 Object.defineProperty(window, "gonio", {value: Object.freeze({
     get framesDecoded() { return video.framesDecoded; },
     get shownRev() { return video.shownRev; },
+    get shownFinal() { return video.shownFinal; },
     get sceneRev() { return store.state?.scene_rev ?? 0; },
     get connected() { return connection.live; },
     get mode() { return video.mode; },

@@ -48,6 +48,11 @@ export class Readout {
         }, kPickEveryMs);
     }
 
+    // The light may have changed: what lies under a pointer that rests is asked anew.
+    again() {
+        if (this.#next) this.ask({...this.#next});
+    }
+
     #show(pick) {
         this.node.hidden = !pick?.hit;
         this.pick = pick?.hit ? pick : null;

@@ -31,6 +31,7 @@ export class Video extends EventTarget {
     framesDecoded = 0;
     gaps = 0;
     shownRev = 0;
+    shownFinal = false;    // nothing newer follows what is shown, until something changes
     // Why it is not H.264 from the start; empty where the browser could.
     lacks = "VideoDecoder" in window ? "" : window.isSecureContext ? "This browser has no WebCodecs: pictures are JPEGs."
         : "Browsers decode H.264 only from https or localhost: pictures are JPEGs. Open the page as https (goniod --tls-cert), or by a tunnel as localhost.";
@@ -145,6 +146,7 @@ export class Video extends EventTarget {
         this.framesDecoded++;
         if (!header) return;
         this.shownRev = header.scene_rev;
+        this.shownFinal = header.final;
         header.decode_ms = performance.now() - header.received_ms;
         this.#acknowledge(header);
         this.#emit("shown", header);

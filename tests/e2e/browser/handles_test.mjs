@@ -104,12 +104,17 @@ async function run(page, server) {
     // The legend: a pixel's colour is the lux that is told under the pointer.
     await page.locator("#views button[data-value=illuminance]").click();
     await until("the legend", () => page.locator("#legend").isVisible());
-    const place = [0.45, 0.95];
-    await page.mouse.move(...await onPage(page, [0.44, 0.95]));
-    await settled(page);
+    // What is told follows the light while the pointer rests.
+    const place = [0.45, 0.95], lux = async () => Number(/^([\d.]+) lx/.exec(await page.locator("#under").textContent())?.[1]);
     await page.mouse.move(...await onPage(page, place));
-    await sleep(1000);
-    const told = Number(/^([\d.]+) lx/.exec(await page.locator("#under").textContent())?.[1]);
+    await settled(page);
+    const both = await until("what lies there", lux);
+    await asked(page, {command: {set_light: {name: "second", level_ratio: 0}}});
+    await until("less lux under the pointer", async () => await lux() < 0.9 * both);
+    await asked(page, {command: {set_light: {name: "second", level_ratio: 1}}});
+    await until("all of them again", async () => Math.abs(await lux() / both - 1) < 0.02);
+    await settled(page);
+    const told = await lux();
     const shown = await page.evaluate(async ([x, y]) => {
         const {valueOf, scaleOf} = await import("/legend.js");
         const canvas = document.querySelector("#canvas"), small = document.createElement("canvas");

@@ -109,15 +109,8 @@ export const state = (page) => page.evaluate(() => window.gonio.state);
 // Until the picture shows everything that the page was told of, and has come to rest.
 export async function settled(page) {
     await until("every bounce", () => page.evaluate(() => window.gonio.transportReady), 4 * kTimeoutMs);    // its threads yield to all others
-    await until("a picture of the newest revision", () => page.evaluate(() => window.gonio.shownRev >= window.gonio.sceneRev));
-    let frames = -1;
-    await until("a picture at rest", async () => {
-        const before = frames;
-        frames = await page.evaluate(() => window.gonio.framesDecoded);
-        if (frames === before) return true;
-        await sleep(400);
-        return false;
-    });
+    await until("the newest picture at rest", () => page.evaluate(() => window.gonio.shownRev >= window.gonio.sceneRev && window.gonio.shownFinal),
+        4 * kTimeoutMs);
     return picture(page);
 }
 
