@@ -98,11 +98,18 @@ HazePoints haze_points(const transport::Surfels& surfels, Pool& pool) {
     if (surfels.count == 0) return points;
     // A patch is the surfels in one cube that face the same way of six and lie on one surface. Of the walls of a
     // partition one may be lit and the other dark, so a gap along the axis that they face begins another patch. Where
-    // surfels crowd near a source, the cube's side is halved as often as their spacing is.
-    const auto level_of = [&](std::size_t i) {
-        return std::clamp(static_cast<int>(std::log2(surfels.radius_m / std::max(surfels.spacing_m[i], 1e-6f))), 0, 6);
-    };
-    const auto side_of = [&](std::size_t i) { return std::ldexp(side_m, -level_of(i)); };
+    // surfels crowd near a source, and around there, the cube's side is an eighth, halved as often as their spacing is:
+    // on the walls of a housing what haze scatters changes as fast as direct light does.
+    constexpr int kNear = 3;
+    std::vector<int> levels(surfels.count, 0);
+    for (std::size_t i = 0; i < surfels.count; ++i) {
+        float least_m = surfels.radius_m;
+        for (const std::uint16_t id : surfels.neighbours[i])
+            if (id < surfels.count) least_m = std::min(least_m, surfels.spacing_m[id]);
+        const float halved = std::log2(surfels.radius_m / std::max(least_m, 1e-6f));
+        if (least_m < surfels.radius_m) levels[i] = std::min(kNear + static_cast<int>(halved), 6);
+    }
+    const auto side_of = [&](std::size_t i) { return std::ldexp(side_m, -levels[i]); };
     struct Patch {
         glm::vec3 sum{0.0f};
         std::vector<std::uint16_t> ids;
@@ -114,7 +121,7 @@ HazePoints haze_points(const transport::Surfels& surfels, Pool& pool) {
                         a = glm::abs(n);
         const int axis = a.x > a.y && a.x > a.z ? 0 : a.y > a.z ? 1 : 2;
         cubes[{static_cast<int>(cell.x), static_cast<int>(cell.y), static_cast<int>(cell.z),
-               2 * axis + (n[axis] < 0.0f ? 1 : 0), level_of(i)}]
+               2 * axis + (n[axis] < 0.0f ? 1 : 0), levels[i]}]
             .emplace_back(p[axis], static_cast<std::uint16_t>(i));
     }
     std::vector<Patch> patches;
