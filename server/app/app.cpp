@@ -18,7 +18,6 @@
 #include "server/app/http_options.h"
 #include "server/app/log.h"
 #include "server/app/stop_on_signal.h"
-#include "server/assets/assets.h"
 #include "server/base/threads.h"
 #include "server/lighting/isa.h"
 #include "server/session/command_files.h"
@@ -333,8 +332,6 @@ void App::start() {
     std::printf("READY %s://%s:%u\n", http_server_->secure() ? "https" : "http",
                 plain ? options_.host.c_str() : ("[" + options_.host + "]").c_str(), http_server_->port());
     std::fflush(stdout);
-    // Half a second of a core, for which an early end waits. Without GL only tests take pictures, and few do.
-    if (options_.renderer != "null") prepared_pictures_ = std::jthread(prepare_pictures);
 }
 
 // Between two attempts. Result: whether there shall be another.

@@ -4,7 +4,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <thread>
 
 #include "server/app/reload.h"
 #include "server/app/service.h"
@@ -121,7 +120,6 @@ private:
     const std::shared_ptr<Metrics> metrics_ = std::make_shared<Metrics>();
     RenderMetrics counted_{*metrics_};
     const Listening listening_{*this};
-    std::jthread prepared_pictures_;
     Service service_;  // ends before the HTTP server that it asks
     const std::unique_ptr<Inputs> inputs_ = start_inputs();
     Consoles consoles_{inputs_.get(), frame_time_.count()};

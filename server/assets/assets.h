@@ -101,8 +101,6 @@ struct BytePicture {
     int width_px = 0, height_px = 0;
     std::vector<std::uint8_t> rgb;  // 3 bytes per pixel, sRGB-encoded
 };
-// Loads what reads and writes pictures, a fifth of a second, so that the first one does not take it. Any thread.
-void prepare_pictures();
 // Result: the bytes of the image file. EXR: 32-bit float, or half, unit named in the header attribute "gonio:unit";
 // denoised: it has "gonio:denoised" 1.
 Result<std::vector<std::byte>> encode_exr(const FloatPicture& picture, const std::string& unit, bool denoised = false,

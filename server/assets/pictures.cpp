@@ -107,10 +107,6 @@ Result<Image> decode_webp(std::span<const std::byte> bytes, const std::string& w
 
 }  // namespace
 
-void prepare_pictures() {
-    picture_module();
-}
-
 std::vector<ExrLayer> exr_layers_of(const FloatPicture& picture) {
     const std::vector<std::string> names =
         picture.channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
