@@ -16,7 +16,8 @@ struct Maker {
     glm::dvec3 room;  // from the origin to here
     std::vector<Placed> pieces{};
     std::vector<LightSeed> lights{};
-    std::vector<std::pair<glm::dmat4, glm::dvec3>> solids{};  // where they stand, and their size
+    // Where no luminaire can be: where they stand, and their size.
+    std::vector<std::pair<glm::dmat4, glm::dvec3>> solids{};
 
     Material paint() {
         Material material = matte(dice.between(0.1, 0.95));
@@ -86,10 +87,17 @@ struct Maker {
                      high = std::min(0.95 * room.y, keyhole ? low + dice.between(0.02, 0.15) : dice.between(1.5, 2.2));
         const double z = dice.between(0.1, 0.8) * (room.z - width);
         const Material material = paint();
-        if (low > 0.0) slab({x, 0.0, 0.0}, {x + t, low, room.z}, material);
-        slab({x, high, 0.0}, {x + t, room.y, room.z}, material);
-        slab({x, low, 0.0}, {x + t, high, z}, material);
-        slab({x, low, z + width}, {x + t, high, room.z}, material);
+        // Its faces coincide with the room's, and what a ray from inside the wall meets there would be chance.
+        const auto part = [&](const glm::dvec3& a, const glm::dvec3& b) {
+            glm::dmat4 place(1.0);
+            place[3] = glm::dvec4(0.5 * (a.x + b.x), a.y, 0.5 * (a.z + b.z), 1.0);
+            solids.emplace_back(place, b - a);
+            slab(a, b, material);
+        };
+        if (low > 0.0) part({x, 0.0, 0.0}, {x + t, low, room.z});
+        part({x, high, 0.0}, {x + t, room.y, room.z});
+        part({x, low, 0.0}, {x + t, high, z});
+        part({x, low, z + width}, {x + t, high, room.z});
         if (!keyhole && dice.chance(0.3)) {  // a glass door
             Material glass = matte(0.5);
             if (dice.chance(0.5))
@@ -133,7 +141,7 @@ struct Maker {
                                 dice.between(0.1, 0.9) * room.z);
             const bool free = std::none_of(solids.begin(), solids.end(), [&](const auto& solid) {
                 const glm::dvec3 p(glm::inverse(solid.first) * glm::dvec4(at, 1.0));
-                return std::abs(p.x) < 0.5 * solid.second.x && std::abs(p.z) < 0.5 * solid.second.z &&
+                return std::abs(p.x) < 0.5 * solid.second.x && std::abs(p.z) < 0.5 * solid.second.z && p.y > 0.0 &&
                        p.y < solid.second.y;
             });
             if (free || tries == 100) return at;
