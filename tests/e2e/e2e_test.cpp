@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -20,6 +19,7 @@
 #include "tests/e2e/daemon_process.h"
 #include "tests/e2e/mover.h"
 #include "tests/e2e/onlooker.h"
+#include "tests/shared_data.h"
 #include "tests/unit/http_client.h"
 
 namespace gonio::test {
@@ -318,19 +318,17 @@ TEST(Scene, AGreatCaptureLetsOthersThrough) {
 }
 
 TEST(Floor, ARealFileReadsItsOwnCandela) {
-    const char* shared = std::getenv("GONIO_SHARED");
-    const std::string path = std::string(shared != nullptr ? shared : GONIO_SOURCE_DIR "/../shared") +
-                             "/data/photometry/ies/photompy__LLIA001477-002.ies";
-    if (!std::ifstream(path)) GTEST_SKIP() << "no shared photometry here";
-    std::ifstream file(path, std::ios::binary);
+    const auto path = test::shared_data("photometry/ies/photompy__LLIA001477-002.ies");
+    if (!path) GTEST_SKIP() << "no shared photometry on this machine";
+    std::ifstream file(*path, std::ios::binary);
     const std::string bytes((std::istreambuf_iterator<char>(file)), {});
     const auto profile = make_profile("real", bytes);
     ASSERT_TRUE(profile) << profile.error().text();
     TemporaryFolder folder;
     DaemonProcess daemon(
         {"--renderer", "gl", "--scene", folder.file("floor.gltf", floor_gltf(0.5)), "--size", "128x128"});
-    daemon.rev(
-        {"set", "light", "lamp", "--profile", path, "--pan", "0", "--tilt", "0", "--roll", "0", "--opening", "point"});
+    daemon.rev({"set", "light", "lamp", "--profile", path->string(), "--pan", "0", "--tilt", "0", "--roll", "0",
+                "--opening", "point"});
     // Pan/tilt zero: aim -Y, C0 = +X, C90 = -Z.
     for (const auto& [x, z] : {std::pair{0.01, 0.0}, {1.0, 0.3}, {-0.7, 1.5}, {0.4, -2.0}, {2.5, 1.0}}) {
         const double d2 = x * x + z * z + 4.0;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -54,16 +53,6 @@ inline double at(const Photometry& photometry, double v_deg, double h_deg) {
 inline std::string read_file(const std::filesystem::path& path) {
     std::ifstream stream(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-// The corpus of public photometry files, if this machine has it: GONIO_SHARED, else beside the source tree.
-inline std::optional<std::filesystem::path> shared_photometry() {
-    const char* const set = std::getenv("GONIO_SHARED");
-    const std::filesystem::path root =
-        set != nullptr ? std::filesystem::path(set) : std::filesystem::path(GONIO_SOURCE_DIR) / ".." / "shared";
-    const std::filesystem::path folder = root / "data" / "photometry";
-    if (!std::filesystem::is_directory(folder)) return std::nullopt;
-    return folder;
 }
 
 }  // namespace gonio::ies::test

@@ -5,6 +5,7 @@
 #include "ies/direct_ratios.h"
 #include "ies/photometry_file.h"
 #include "ies/writers.h"
+#include "tests/shared_data.h"
 #include "tests/unit/ies_test_support.h"
 
 namespace gonio::ies {
@@ -14,10 +15,8 @@ class IesCases : public testing::Test {
 protected:
     // Bytes of a file of the shared cases; empty where this machine has none.
     static std::string case_bytes(const std::string& name) {
-        const auto photometry = test::shared_photometry();
-        const std::filesystem::path path =
-            photometry ? photometry->parent_path() / "cases" / name : std::filesystem::path();
-        return std::filesystem::is_regular_file(path) ? test::read_file(path) : "";
+        const auto path = gonio::test::shared_data("cases/" + name);
+        return path ? test::read_file(*path) : "";
     }
 };
 

@@ -9,6 +9,7 @@
 
 #include "ies/photometry_file.h"
 #include "ies/quantities.h"
+#include "tests/shared_data.h"
 #include "tests/unit/ies_test_support.h"
 
 namespace gonio::ies {
@@ -50,7 +51,7 @@ void compare(const std::string& name, const Photometry& photometry, const json& 
 }
 
 TEST(IesCorpus, EveryFileMatchesItsReference) {
-    const auto folder = test::shared_photometry();
+    const auto folder = gonio::test::shared_data("photometry");
     if (!folder) GTEST_SKIP() << "no shared photometry corpus on this machine";
     const json reference = json::parse(test::read_file(*folder / "reference.json"));
     Deviation largest;
@@ -70,7 +71,7 @@ TEST(IesCorpus, EveryFileMatchesItsReference) {
 }
 
 TEST(IesCorpus, EveryMalformedFileBehavesAsExpected) {
-    const auto folder = test::shared_photometry();
+    const auto folder = gonio::test::shared_data("photometry");
     if (!folder) GTEST_SKIP() << "no shared photometry corpus on this machine";
     const json expected = json::parse(test::read_file(*folder / "malformed" / "expected.json"));
     int as_expected = 0;

@@ -9,6 +9,7 @@
 #include "ies/photometry_file.h"
 #include "ies/synthetic.h"
 #include "ies/writers.h"
+#include "tests/shared_data.h"
 #include "tests/unit/ies_test_support.h"
 
 namespace gonio::ies {
@@ -115,7 +116,7 @@ TEST(DirectRatios, AreWrittenWhereTheFileHadNone) {
 
 // Makers' tables rest on patterns that the files do not tell; ours lies within 0.06 of them on the mean over k.
 TEST(DirectRatios, AreNearThoseOfMakers) {
-    const auto folder = test::shared_photometry();
+    const auto folder = gonio::test::shared_data("photometry");
     if (!folder) GTEST_SKIP() << "no shared photometry corpus on this machine";
     int files = 0;
     for (const auto& entry : std::filesystem::directory_iterator(*folder / "ldt")) {

@@ -5,6 +5,7 @@
 #include "ies/photometry_file.h"
 #include "ies/synthetic.h"
 #include "ies/writers.h"
+#include "tests/shared_data.h"
 #include "tests/unit/ies_test_support.h"
 
 namespace gonio::ies {
@@ -120,10 +121,9 @@ TEST(PhotometryInZip, OthersAreCalledByTheirName) {
 }
 
 TEST(ForeignFiles, TheSharedCases) {
-    const auto photometry = test::shared_photometry();
-    const auto folder = photometry ? photometry->parent_path() / "cases" / "02-not-photometry" : "";
-    if (!photometry || !std::filesystem::is_directory(folder)) GTEST_SKIP() << "no shared cases on this machine";
-    const auto said = [&](const char* name) { return refusal(test::read_file(folder / name)); };
+    const auto folder = gonio::test::shared_data("cases/02-not-photometry");
+    if (!folder) GTEST_SKIP() << "no shared cases on this machine";
+    const auto said = [&](const char* name) { return refusal(test::read_file(*folder / name)); };
     EXPECT_EQ(said("page.ies").rfind("not_photometry", 0), 0u);
     EXPECT_EQ(said("plugin.uld").rfind("not_photometry", 0), 0u);
     EXPECT_NE(said("spec.gdtf").find("GDTF"), std::string::npos);

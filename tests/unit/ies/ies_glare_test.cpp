@@ -10,6 +10,7 @@
 
 #include "ies/eulumdat.h"
 #include "ies/photometry_file.h"
+#include "tests/shared_data.h"
 #include "tests/unit/ies_test_support.h"
 
 namespace gonio::ies {
@@ -61,7 +62,7 @@ const GlareTable::Row* find_row(const GlareTable& table, double x_h, double y_h)
 }
 
 TEST(IesGlare, TableOfTheReferenceLuminaire) {
-    const auto corpus = test::shared_photometry();
+    const auto corpus = gonio::test::shared_data("photometry");
     if (!corpus) GTEST_SKIP() << "no shared data here";
     const auto read = read_eulumdat(test::read_file(*corpus / "../formats/ugr/data/input/sample_11.ldt"));
     ASSERT_TRUE(read) << read.error().text();

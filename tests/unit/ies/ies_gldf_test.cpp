@@ -8,6 +8,7 @@
 #include "ies/core/printed.h"
 #include "ies/core/zip.h"
 #include "ies/photometry_file.h"
+#include "tests/shared_data.h"
 #include "tests/unit/ies_test_support.h"
 
 namespace gonio::ies {
@@ -368,7 +369,7 @@ struct Sample {
 
 // What product.xml and the archive's list of each sample say.
 TEST(Gldf, TheSharedSamples) {
-    const auto corpus = test::shared_photometry();
+    const auto corpus = gonio::test::shared_data("photometry");
     if (!corpus) GTEST_SKIP() << "no shared data";
     const std::map<std::string, Sample> expected = {
         // The archive has Äöü°§.ldt, product.xml asks for Äöü.ldt.
@@ -406,7 +407,7 @@ TEST(Gldf, TheSharedSamples) {
 }
 
 TEST(Gldf, TheCompleteSamplesModel) {
-    const auto corpus = test::shared_photometry();
+    const auto corpus = gonio::test::shared_data("photometry");
     if (!corpus) GTEST_SKIP() << "no shared data";
     const auto read =
         read_photometry(test::read_file(*corpus / "../formats/gldf/GldfWithFilesComplete.gldf"), {"variant-2", "LEO"});

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "ies/photometry_file.h"
+#include "tests/shared_data.h"
 #include "tests/unit/ies_test_support.h"
 
 namespace gonio::ies {
@@ -50,11 +51,10 @@ TEST(LampColour, NamesOfLamps) {
 }
 
 TEST(LampColour, TheSharedCases) {
-    const auto photometry = test::shared_photometry();
-    const auto folder = photometry ? photometry->parent_path() / "cases" / "56-ldt-colour-temperature" : "";
-    if (!photometry || !std::filesystem::is_directory(folder)) GTEST_SKIP() << "no shared cases on this machine";
+    const auto folder = gonio::test::shared_data("cases/56-ldt-colour-temperature");
+    if (!folder) GTEST_SKIP() << "no shared cases on this machine";
     for (const char* name : {"a.ldt", "a.ies"}) {
-        const auto read = read_photometry(test::read_file(folder / name));
+        const auto read = read_photometry(test::read_file(*folder / name));
         ASSERT_TRUE(read);
         EXPECT_EQ(lamp_colour(*read), (LampColour{2700.0, 90.0, false})) << name;
     }

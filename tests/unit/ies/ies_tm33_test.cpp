@@ -12,6 +12,7 @@
 #include "ies/photometry_file.h"
 #include "ies/synthetic.h"
 #include "ies/writers.h"
+#include "tests/shared_data.h"
 #include "tests/unit/angles.h"
 #include "tests/unit/ies_test_support.h"
 
@@ -73,7 +74,7 @@ std::string points(double h_first, double h_last, double h_step, double v_first,
 }
 
 TEST(Tm33, TheSharedSample) {
-    const auto corpus = test::shared_photometry();
+    const auto corpus = gonio::test::shared_data("photometry");
     if (!corpus) GTEST_SKIP() << "no shared data";
     const auto read = read_photometry(test::read_file(*corpus / "../formats/tm33-minimal-own.xml"));
     ASSERT_TRUE(read) << read.error().text();
@@ -448,7 +449,7 @@ TEST(Tm33, WritesWhatItReads) {
 }
 
 TEST(Tm33, TheCorpusSurvivesWriting) {
-    const auto corpus = test::shared_photometry();
+    const auto corpus = gonio::test::shared_data("photometry");
     if (!corpus) GTEST_SKIP() << "no shared data";
     std::size_t files = 0;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(*corpus / "ldt")) {

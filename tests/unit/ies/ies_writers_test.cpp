@@ -11,6 +11,7 @@
 #include "ies/lm63.h"
 #include "ies/photometry_file.h"
 #include "ies/synthetic.h"
+#include "tests/shared_data.h"
 #include "tests/unit/ies_test_support.h"
 
 namespace gonio::ies {
@@ -75,7 +76,7 @@ TEST(IesWriters, SyntheticLuminairesSurviveBothFormats) {
 }
 
 TEST(IesWriters, TheCorpusSurvivesBothFormats) {
-    const auto folder = test::shared_photometry();
+    const auto folder = gonio::test::shared_data("photometry");
     if (!folder) GTEST_SKIP() << "no shared photometry corpus on this machine";
     for (const char* part : {"ies", "ldt", "malformed"}) {
         for (const auto& entry : std::filesystem::directory_iterator(*folder / part)) {

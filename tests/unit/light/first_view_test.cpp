@@ -12,6 +12,7 @@
 #include "server/trace/exposure.h"
 #include "server/trace/geometry.h"
 #include "tests/scenes/scenes.h"
+#include "tests/shared_data.h"
 
 namespace gonio::test {
 namespace {
@@ -212,16 +213,15 @@ TEST(FirstView, OfAFileWithoutTrianglesShowsItsLights) {
 }
 
 Scene case_of(const char* file) {
-    const std::string path = std::string(GONIO_SOURCE_DIR) + "/../shared/data/cases/" + file;
-    if (!std::filesystem::exists(path)) return {};
-    return scene_of(*load_scene(path));
+    const auto path = test::shared_data(std::filesystem::path("cases") / file);
+    return path ? scene_of(*load_scene(*path)) : Scene{};
 }
 
 // The room is 8 m × 8 m × 4 m, its floor at 0, and the file has no camera.
 TEST(FirstView, CasesOfUsers) {
     const Scene closed = case_of("57-first-picture-closed-room/room.gltf"),
                 reversed = case_of("54-reversed-faces/reversed.gltf");
-    if (!closed.asset || !reversed.asset) GTEST_SKIP() << "shared/data is not there";
+    if (!closed.asset || !reversed.asset) GTEST_SKIP() << "no shared cases on this machine";
     for (const Scene* scene : {&closed, &reversed}) {
         const trace::FirstView view = trace::first_view(*scene);
         EXPECT_TRUE(view.inside);

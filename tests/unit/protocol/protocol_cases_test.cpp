@@ -2,7 +2,6 @@
 // tests of each protocol.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <set>
 #include <sstream>
@@ -13,14 +12,16 @@
 #include "protocol/schema/console.pb.h"
 #include "protocol/surface/midi.h"
 #include "protocol/surface/midi_system.h"
+#include "tests/shared_data.h"
 
 namespace gonio {
 namespace {
 
 // Text of a file of the shared cases; empty where this machine has none.
 std::string shared_case_text(const std::string& name) {
-    const char* const shared = std::getenv("GONIO_SHARED");
-    std::ifstream file((shared != nullptr ? shared : GONIO_SOURCE_DIR "/../shared") + ("/data/cases/" + name));
+    const auto path = test::shared_data("cases/" + name);
+    if (!path) return {};
+    std::ifstream file(*path);
     return {std::istreambuf_iterator<char>(file), {}};
 }
 

@@ -2,7 +2,6 @@
 // trait has a test of its own beside it.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <set>
 #include <string>
@@ -10,15 +9,10 @@
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
 #include "server/trace/reference.h"
+#include "tests/shared_data.h"
 
 namespace gonio {
 namespace {
-
-std::string case_file(const std::string& path) {
-    const char* const shared = std::getenv("GONIO_SHARED");
-    const std::string folder = shared ? shared : std::string(GONIO_SOURCE_DIR) + "/../shared";
-    return folder + "/data/cases/" + path;
-}
 
 // Direct light on the floor at x, 0, 0. light: alone, -1: all.
 glm::dvec3 floor_lux(const std::shared_ptr<const SceneAsset>& asset, double x_m, int light = -1) {
@@ -36,8 +30,9 @@ class AssetsCases : public testing::Test {
 protected:
     // Result: the scene; empty where there is no such file.
     static std::shared_ptr<const SceneAsset> scene_of_case(const std::string& path) {
-        if (!std::filesystem::exists(case_file(path))) return nullptr;
-        const auto scene = load_scene(case_file(path));
+        const auto file = test::shared_data("cases/" + path);
+        if (!file) return nullptr;
+        const auto scene = load_scene(*file);
         EXPECT_TRUE(scene) << path << ": " << scene.error().text();
         return scene ? *scene : nullptr;
     }
@@ -46,7 +41,7 @@ protected:
 TEST_F(AssetsCases, AHiddenBoardCastsNoShadow) {
     for (const char* file : {"21-node-visibility/visibility.gltf", "21-node-visibility/required.gltf"}) {
         const auto scene = scene_of_case(file);
-        if (!scene) GTEST_SKIP() << "no " << case_file(file);
+        if (!scene) GTEST_SKIP() << "no shared cases on this machine";
         EXPECT_EQ(scene->lights.size(), 1u) << file;
         EXPECT_NEAR(floor_lux(scene, 0.0).g, 100.0, 0.01) << file;
     }
@@ -54,14 +49,14 @@ TEST_F(AssetsCases, AHiddenBoardCastsNoShadow) {
 
 TEST_F(AssetsCases, APanelOfAThousandCandelasASquareMetre) {
     const auto scene = scene_of_case("20-ext-lights-area/area.gltf");
-    if (!scene) GTEST_SKIP() << "no " << case_file("20-ext-lights-area/area.gltf");
+    if (!scene) GTEST_SKIP() << "no shared cases on this machine";
     EXPECT_NEAR(floor_lux(scene, 0.0).g, 106.9, 0.4);
 }
 
 TEST_F(AssetsCases, LightsThatSayLittle) {
     for (const char* file : {"25-light-defaults/lights.gltf", "25-light-defaults/lights2.gltf"}) {
         const auto scene = scene_of_case(file);
-        if (!scene) GTEST_SKIP() << "no " << case_file(file);
+        if (!scene) GTEST_SKIP() << "no shared cases on this machine";
         ASSERT_EQ(scene->lights.size(), 4u) << file;
         for (std::size_t i = 0; i < 4; ++i)
             for (std::size_t k = 0; k < i; ++k) EXPECT_NE(scene->lights[i].name, scene->lights[k].name);
@@ -77,7 +72,7 @@ TEST_F(AssetsCases, LightsThatSayLittle) {
 TEST_F(AssetsCases, PhotometryByUriAndByBufferView) {
     for (const char* file : {"27-ext-lights-ies/good.gltf", "27-ext-lights-ies/missing.gltf"}) {
         const auto scene = scene_of_case(file);
-        if (!scene) GTEST_SKIP() << "no " << case_file(file);
+        if (!scene) GTEST_SKIP() << "no shared cases on this machine";
         std::size_t lit = 0;
         for (std::size_t i = 0; i < scene->lights.size(); ++i) {
             const LightSeed& light = scene->lights[i];
@@ -98,7 +93,7 @@ TEST_F(AssetsCases, PhotometryByUriAndByBufferView) {
 // Names as planning software writes them are kept letter by letter.
 TEST_F(AssetsCases, OddNamesAreKept) {
     const auto scene = scene_of_case("28-odd-names/names.gltf");
-    if (!scene) GTEST_SKIP() << "no " << case_file("28-odd-names/names.gltf");
+    if (!scene) GTEST_SKIP() << "no shared cases on this machine";
     std::set<std::string> names;
     for (const LightSeed& light : scene->lights) names.insert(light.name);
     for (const char* name : {"M_Downlight: 0600x0600 - \"A\"/3000K", "<script>alert(1)</script>", "-5 dB", "照明 💡",
@@ -116,7 +111,7 @@ TEST_F(AssetsCases, SkinsStandAsTheyWereBound) {
                  {"public/skin-player.glb", {-0.83906, 0.00031, -0.26895}, {0.83906, 2.11875, 0.36738}}};
     for (const auto& each : cases) {
         const auto scene = scene_of_case(each.file);
-        if (!scene) GTEST_SKIP() << "no " << case_file(each.file);
+        if (!scene) GTEST_SKIP() << "no shared cases on this machine";
         EXPECT_LT(glm::length(scene->bounds.min - each.low), 2e-5) << each.file;
         EXPECT_LT(glm::length(scene->bounds.max - each.high), 2e-5) << each.file;
     }

@@ -3,12 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 
 #include "ies/synthetic.h"
 #include "server/assets/assets.h"
 #include "server/assets/decomposed_text.h"
+#include "tests/shared_data.h"
 #include "tests/unit/assets_gltf_fixture.h"
 
 namespace gonio {
@@ -363,14 +363,10 @@ TEST_F(AssetsFaults, NamesWhoseAccentsAreSpeltOtherwise) {
     EXPECT_TRUE(warns(*good(pictured({{"uri", decomposed + "/a.png"}})), "the URI leaves the directory"));
 }
 
-std::filesystem::path shared_cases() {
-    if (const char* shared = std::getenv("GONIO_SHARED")) return std::string(shared) + "/data/cases";
-    return std::string(GONIO_SOURCE_DIR) + "/../shared/data/cases";
-}
-
 // The folders' READMEs say what is right.
 TEST(AssetsSharedCases, LoadDespiteOneFault) {
-    if (!std::filesystem::exists(shared_cases())) GTEST_SKIP() << "no " << shared_cases();
+    const auto folder = test::shared_data("cases");
+    if (!folder) GTEST_SKIP() << "no shared cases on this machine";
     const std::pair<const char*, const char*> cases[] = {
         {"public/draco-more-vertices/bowlingPin.glb",
          "it has 78 vertices for 77, 64 triangles for 64 (/meshes/0/primitives/0"},
@@ -393,20 +389,20 @@ TEST(AssetsSharedCases, LoadDespiteOneFault) {
     };
     for (const auto& [name, said] : cases) {
         SCOPED_TRACE(name);
-        const auto scene = load_scene(shared_cases() / name);
+        const auto scene = load_scene(*folder / name);
         ASSERT_TRUE(scene) << scene.error().text();
         EXPECT_GT((*scene)->triangles() + (std::string(name).find("integer") != std::string::npos), 0u);
         std::string all;
         for (const std::string& warning : (*scene)->warnings) all += warning + "\n";
         EXPECT_NE(all.find(said), std::string::npos) << all;
     }
-    for (const auto& entry : std::filesystem::directory_iterator(shared_cases() / "23-uri-kinds")) {
+    for (const auto& entry : std::filesystem::directory_iterator(*folder / "23-uri-kinds")) {
         if (entry.path().extension() != ".gltf") continue;
         const auto scene = load_scene(entry.path());
         EXPECT_TRUE(scene) << entry.path() << scene.error().text();
     }
     for (const char* name : {"24-glb-framing/truncated.glb", "24-glb-framing/gltf1.gltf", "24-glb-framing/v21.gltf"})
-        EXPECT_FALSE(load_scene(shared_cases() / name)) << name;
+        EXPECT_FALSE(load_scene(*folder / name)) << name;
 }
 
 }  // namespace

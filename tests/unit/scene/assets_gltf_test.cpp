@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -13,6 +12,7 @@
 #include "protocol/schema/command.pb.h"
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
+#include "tests/shared_data.h"
 #include "tests/unit/angles.h"
 #include "tests/unit/assets_gltf_fixture.h"
 
@@ -378,15 +378,11 @@ TEST_F(AssetsGltf, UnknownOptionalExtensionWarns) {
     EXPECT_TRUE(warns(*good(document), "VENDOR_thing is not known and was ignored; perhaps it changes lux"));
 }
 
-std::string shared_scenes() {
-    if (const char* shared = std::getenv("GONIO_SHARED")) return std::string(shared) + "/data/scenes";
-    return std::string(GONIO_SOURCE_DIR) + "/../shared/data/scenes";
-}
-
 TEST(AssetsSharedScenes, BrokenOnesAreRefusedAndTheOthersLoad) {
-    if (!std::filesystem::exists(shared_scenes())) GTEST_SKIP() << "no " << shared_scenes();
+    const auto folder = test::shared_data("scenes");
+    if (!folder) GTEST_SKIP() << "no shared scenes on this machine";
     int refused = 0, loaded = 0;
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(shared_scenes())) {
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(*folder)) {
         const std::string extension = entry.path().extension();
         if (extension != ".gltf" && extension != ".glb") continue;
         const auto scene = load_scene(entry.path());

@@ -1,23 +1,12 @@
 // Samples of exchange formats, and small documents of their kind. For tests.
 #pragma once
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <optional>
 #include <string>
 
 namespace gonio::test {
-
-// Result: the folder of samples, where this machine has it: GONIO_SHARED, else beside the source tree.
-inline std::optional<std::filesystem::path> shared_formats() {
-    const char* const set = std::getenv("GONIO_SHARED");
-    const std::filesystem::path root =
-        set != nullptr ? std::filesystem::path(set) : std::filesystem::path(GONIO_SOURCE_DIR) / ".." / "shared";
-    const std::filesystem::path folder = root / "data" / "formats";
-    if (!std::filesystem::is_directory(folder)) return std::nullopt;
-    return folder;
-}
 
 inline std::string bytes_of(const std::filesystem::path& path) {
     std::ifstream stream(path, std::ios::binary);

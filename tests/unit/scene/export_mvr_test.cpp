@@ -14,6 +14,7 @@
 #include "server/exchange/export_left_out.h"
 #include "server/exchange/export_parts.h"
 #include "server/exchange/import_mvr.h"
+#include "tests/shared_data.h"
 #include "tests/unit/export_fixture.h"
 #include "tests/unit/scene/exchange_test_support.h"
 #include "tests/unit/scene/mvr_check.h"
@@ -268,7 +269,7 @@ TEST(ExportedMvr, MatricesHaveNoExponent) {
     const std::string bytes = mvr_of(scene);
     for (const std::string& fault : MvrCheck::faults(bytes)) ADD_FAILURE() << fault;
     expect_same_lights(scene, scene_of(read_again(bytes)));
-    const auto formats = shared_formats();
+    const auto formats = shared_data("formats");
     if (!formats || std::system("xmllint --version >/dev/null 2>&1") != 0) GTEST_SKIP() << "no schema or no xmllint";
     const auto archive = open_zip(bytes);
     ASSERT_TRUE(archive);

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "server/exchange/axes.h"
+#include "tests/shared_data.h"
 #include "tests/unit/scene/exchange_test_support.h"
 
 namespace gonio {
@@ -330,7 +331,7 @@ TEST(Gdtf, WheelsModelsAndPictures) {
 
 // What each sample holds. slots: break 1 of Element 1 and Element 2 for Pan, Tilt, Zoom, Focus1.
 TEST(Gdtf, Samples) {
-    const auto folder = test::shared_formats();
+    const auto folder = test::shared_data("formats");
     if (!folder) GTEST_SKIP() << "the samples are not on this machine";
     const std::filesystem::path gdtf = *folder / "gdtf";
     const auto par = sample(gdtf / "BlenderDMX@LED_PAR_64_RGBW@v0.3.gdtf");

@@ -20,6 +20,7 @@
 #include "server/scene/apply.h"
 #include "server/scene/console.h"
 #include "server/scene/orientation.h"
+#include "tests/shared_data.h"
 #include "tests/unit/scene/mvr_shows.h"
 
 namespace gonio {
@@ -332,7 +333,7 @@ TEST(ImportMvr, FilesAreToldApartByContent) {
 }
 
 TEST(ImportMvr, Samples) {
-    const auto folder = shared_formats();
+    const auto folder = shared_data("formats");
     if (!folder) GTEST_SKIP() << "the samples are not on this machine";
     const auto basic = imported(bytes_of(*folder / "mvr" / "basic_fixture.mvr"));
     ASSERT_EQ(basic->lights.size(), 1u);

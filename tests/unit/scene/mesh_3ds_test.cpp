@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "tests/fuzz/damaged.h"
+#include "tests/shared_data.h"
 #include "tests/unit/scene/exchange_test_support.h"
 
 namespace gonio {
@@ -120,7 +121,7 @@ TEST(Mesh3ds, ModelsAreScaledAlongEachAxis) {
 }
 
 TEST(Mesh3ds, Primitives) {
-    const auto folder = test::shared_formats();
+    const auto folder = test::shared_data("formats");
     if (!folder) GTEST_SKIP() << "the samples are not on this machine";
     struct Row {
         const char* name;

@@ -14,6 +14,7 @@
 #include "protocol/schema/console.pb.h"
 #include "server/assets/assets.h"
 #include "server/exchange/import_mvr.h"
+#include "tests/shared_data.h"
 #include "tests/unit/angles.h"
 #include "tests/unit/scene/exchange_test_support.h"
 
@@ -70,8 +71,8 @@ inline void expect_near(const glm::dvec3& a, const glm::dvec3& b, double most) {
 
 // Result: bytes of a file of the shared cases; empty where this machine has none.
 inline std::string shared_case_bytes(const std::string& name) {
-    const auto folder = shared_formats();
-    return folder ? bytes_of(*folder / ".." / "cases" / name) : "";
+    const auto path = shared_data("cases/" + name);
+    return path ? bytes_of(*path) : "";
 }
 
 inline const std::string kHanging = "{1,0,0}{0,1,0}{0,0,1}{1000,2000,5000}";

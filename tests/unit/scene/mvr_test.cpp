@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "server/exchange/gdtf.h"
+#include "tests/shared_data.h"
 #include "tests/unit/scene/exchange_test_support.h"
 
 namespace gonio {
@@ -428,7 +429,7 @@ TEST(Mvr, AReportHasAtMost1000DifferentNotes) {
 }
 
 TEST(Mvr, Samples) {
-    const auto folder = test::shared_formats();
+    const auto folder = test::shared_data("formats");
     if (!folder) GTEST_SKIP() << "the samples are not on this machine";
     const auto read = [&](const char* name) {
         const auto archive = open_zip(test::bytes_of(*folder / "mvr" / name), mvr::kMvrLimits);

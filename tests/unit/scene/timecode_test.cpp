@@ -10,6 +10,7 @@
 #include "protocol/dmx/artnet.h"
 #include "protocol/surface/midi.h"
 #include "server/scene/timecode_chase.h"
+#include "tests/shared_data.h"
 #include "tests/unit/second.h"
 
 namespace gonio {
@@ -171,8 +172,9 @@ TEST(Mtc, AJumpCountsWithItsSecondTime) {
 
 // The recording of the issue, where it is there.
 TEST(Mtc, ARecordingOfASenderThatSplices) {
-    std::ifstream file(GONIO_SOURCE_DIR "/../shared/data/cases/32-mtc-spliced/spliced.replay");
-    if (!file) GTEST_SKIP() << "shared/data is not there";
+    const auto path = test::shared_data("cases/32-mtc-spliced/spliced.replay");
+    if (!path) GTEST_SKIP() << "no shared cases on this machine";
+    std::ifstream file(*path);
     MtcReader reader;
     std::optional<Timecode> last;
     std::string line;

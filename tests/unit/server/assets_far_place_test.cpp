@@ -9,6 +9,7 @@
 #include "server/scene/apply.h"
 #include "server/trace/reference.h"
 #include "tests/scenes/scenes.h"
+#include "tests/shared_data.h"
 
 namespace gonio {
 namespace {
@@ -74,11 +75,11 @@ TEST(FarPlace, CoarseVerticesAreSaid) {
 
 // 900 cd at 3 m are 100 lx, wherever the room stands.
 TEST(FarPlace, TheSharedCases) {
-    const std::string folder = GONIO_SOURCE_DIR "/../shared/data/cases/51-survey-coordinates/";
-    if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder;
+    const auto folder = test::shared_data("cases/51-survey-coordinates");
+    if (!folder) GTEST_SKIP() << "no shared cases on this machine";
     for (const char* file :
          {"origin.gltf", "near.gltf", "nodes.gltf", "hundredth.gltf", "tenth.gltf", "within.gltf", "vertices.gltf"}) {
-        const auto asset = load_scene(folder + file);
+        const auto asset = load_scene(*folder / file);
         ASSERT_TRUE(asset) << asset.error().text();
         const Scene scene = scene_of(*asset);
         trace::Settings settings;

@@ -13,6 +13,7 @@
 #include "server/session/traced_meters.h"
 #include "server/trace/hollows.h"
 #include "tests/scenes/scenes.h"
+#include "tests/shared_data.h"
 
 namespace gonio {
 namespace {
@@ -251,9 +252,9 @@ TEST(GridPlaces, FacesOfTwoSidesToo) {
 }
 
 TEST(GridPlaces, TheSharedCaseOfACupboard) {
-    const std::string path = GONIO_SOURCE_DIR "/../shared/data/cases/29-grid-in-furniture/room.gltf";
-    if (!std::filesystem::exists(path)) GTEST_SKIP() << "no " << path;
-    const auto asset = load_scene(path);
+    const auto path = test::shared_data("cases/29-grid-in-furniture/room.gltf");
+    if (!path) GTEST_SKIP() << "no shared cases on this machine";
+    const auto asset = load_scene(*path);
     ASSERT_TRUE(asset) << asset.error().text();
     const v1::GridValues on = values_of(scene_of(*asset), 0.0, 8.0, "horizontal", 16),
                          above = values_of(scene_of(*asset), 1e-3, 8.0, "horizontal", 16);

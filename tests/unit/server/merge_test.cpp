@@ -11,6 +11,7 @@
 #include "server/scene/cue.h"
 #include "server/scene/imported.h"
 #include "server/scene/merge_report.h"
+#include "tests/shared_data.h"
 #include "tests/unit/scene/exchange_test_support.h"
 #include "tests/unit/scene/mvr_shows.h"
 #include "tests/unit/server/undo_fixture.h"
@@ -497,16 +498,15 @@ TEST_F(MergeTest, GroupsLayersAndClassesAreGroupsThatAreDimmed) {
 }
 
 TEST_F(MergeTest, TheCaseOfTheDesignerWhoSendsItAgain) {
-    const auto formats = test::shared_formats();
-    const auto folder = formats ? formats->parent_path() / "cases" / "47-mvr-reimport" : std::filesystem::path();
-    if (!formats || !std::filesystem::is_directory(folder)) GTEST_SKIP() << "the cases are not on this machine";
-    asset = test::imported(test::bytes_of(folder / "show1.mvr"));
+    const auto folder = test::shared_data("cases/47-mvr-reimport");
+    if (!folder) GTEST_SKIP() << "the cases are not on this machine";
+    asset = test::imported(test::bytes_of(*folder / "show1.mvr"));
     start();
     EXPECT_EQ(scene().groups.at("Front wash"), (std::vector<std::string>{"A 1", "B 2"}));
     EXPECT_EQ(scene().groups.at("FOH"), (std::vector<std::string>{"A 1", "B 2"}));
     say(kAnn, level("FOH", 0.5));
     say(kAnn, save("look"));
-    asset = test::imported(test::bytes_of(folder / "show2.mvr"));
+    asset = test::imported(test::bytes_of(*folder / "show2.mvr"));
     ASSERT_EQ(say(kAnn, merge()), "ok");
     EXPECT_EQ(warnings()[0], "merged: added 1, moved 1, mode 0, removed 1, unchanged 0, conflicts 0") << told();
     EXPECT_EQ(light("A 1").level_ratio, 0.5);

@@ -14,6 +14,7 @@
 #include "server/trace/outlet.h"
 #include "server/trace/reference.h"
 #include "tests/scenes/scenes.h"
+#include "tests/shared_data.h"
 
 namespace gonio {
 namespace {
@@ -261,8 +262,8 @@ TEST(Outlets, ChangesSayItOnce) {
 
 // 900 cd at 4 m are 56.25 lx. Above the ceiling and in a closed housing nothing comes out until it is recessed.
 TEST(Outlets, TheSharedCases) {
-    const std::string folder = GONIO_SOURCE_DIR "/../shared/data/cases/55-recessed-luminaire/";
-    if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder;
+    const auto folder = test::shared_data("cases/55-recessed-luminaire");
+    if (!folder) GTEST_SKIP() << "no shared cases on this machine";
     struct Case {
         const char* file;
         bool hidden;
@@ -272,7 +273,7 @@ TEST(Outlets, TheSharedCases) {
                             {"below.gltf", false, 900.0 / (3.98 * 3.98)},
                             {"above.gltf", true, 0.0},
                             {"housing.gltf", true, 0.0}}) {
-        const auto asset = load_scene(folder + one.file);
+        const auto asset = load_scene(*folder / one.file);
         ASSERT_TRUE(asset) << asset.error().text();
         Scene scene = scene_of(*asset);
         scene.traced = std::make_shared<const trace::Geometry>(scene.asset);
