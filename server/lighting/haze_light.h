@@ -13,7 +13,7 @@
 namespace gonio::lighting {
 
 // One surfel in about sixteen, of each patch of surface one, and how their values come to the others: the weighted mean
-// of those of the patches around. It does not depend on luminaires.
+// of those of the patches around. Near sources most surfels are among them. It does not depend on luminaires.
 struct HazePoints {
     static constexpr std::size_t kAround = 4;
     std::vector<std::uint16_t> ids;                          // of surfels
