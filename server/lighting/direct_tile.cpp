@@ -24,20 +24,20 @@ namespace HWY_NAMESPACE {
 #include "server/lighting/simd_web.h"
 #include "server/lighting/simd_web_parts.h"
 
-void SoftPoints(const DirectLight& light, const Points& points, std::size_t count, float* relative, float* ratio) {
-    for (std::size_t i = 0; i < count; i += hn::Lanes(Tag())) {
-        const auto at = static_cast<std::ptrdiff_t>(i);
-        const Vec3 to = position_of(points, at) - spread(light.position), n = normal_of(points, at);
-        const Float light_there = from_parts(light, to, n);
-        store(light_there * Float(light.unit_m2), relative + i);
-        if (ratio != nullptr) store(light_there / even_falloff(*light.parts, to, n), ratio + i);
-    }
-}
-
 // What of the light passes the haze on its way; to: from the luminaire.
 HWY_INLINE Float passes_air(const DirectLight& light, const Vec3& to) {
     const Float y(light.position.y);
     return air_passes(light.air, sqrt(dot(to, to)), y, y + to.y);
+}
+
+void SoftPoints(const DirectLight& light, const Points& points, std::size_t count, float* relative, float* ratio) {
+    for (std::size_t i = 0; i < count; i += hn::Lanes(Tag())) {
+        const auto at = static_cast<std::ptrdiff_t>(i);
+        const Vec3 to = position_of(points, at) - spread(light.position), n = normal_of(points, at);
+        const Float light_there = from_parts(light, to, n), passed = light.air ? passes_air(light, to) : Float(1.0f);
+        store(light_there * passed * Float(light.unit_m2), relative + i);
+        if (ratio != nullptr) store(light_there / even_falloff(*light.parts, to, n), ratio + i);
+    }
 }
 
 void DirectPoints(const DirectLight& light, const Points& points, std::size_t count, float* relative, float* ratio) {

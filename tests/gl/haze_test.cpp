@@ -61,6 +61,36 @@ TEST(Haze, AClosedSphereLosesNothing) {
     }
 }
 
+// Haze that absorbs nothing leaves a closed room all flux of a luminaire with an opening: the light on its walls is
+// Phi / (1 - rho).
+TEST(Haze, AnOpeningsFluxStaysInAClosedRoom) {
+    constexpr double rho = 0.7;
+    const glm::dvec3 a(-5, 0, -4), b(5, 4, 4);
+    const auto bulb = *builtin_profile("bulb");
+    ASSERT_GT(bulb->photometry.opening.width.base(), 0.0);
+    Scene scene = scene_of_pieces(box(a, b, rho, true), {light_seed(bulb, {1, 2.5, 0})});
+    scene.haze = {.extinction_per_m = 0.1, .g = 0.7};
+    renew(scene);
+    Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
+    constexpr int kSide = 3;
+    double flux_lm = 0.0;
+    for (int face = 0; face < 6; ++face) {
+        const int axis = face / 2, u = (axis + 1) % 3, v = (axis + 2) % 3;
+        glm::dvec3 at(0.0), normal(0.0);
+        at[axis] = face % 2 == 0 ? a[axis] + 1e-3 : b[axis] - 1e-3;
+        normal[axis] = face % 2 == 0 ? 1.0 : -1.0;
+        const double area_m2 = (b[u] - a[u]) * (b[v] - a[v]);
+        for (int i = 0; i < kSide * kSide; ++i) {
+            at[u] = a[u] + (b[u] - a[u]) * (i % kSide + 0.5) / kSide;
+            at[v] = a[v] + (b[v] - a[v]) * (i / kSide + 0.5) / kSide;
+            flux_lm += area_m2 / (kSide * kSide) *
+                       renderer.meter(scene, at, normal, Renderer::MeterQuality::interactive).total_lx();
+        }
+    }
+    EXPECT_NEAR(flux_lm * (1.0 - rho) / bulb->flux_lm, 1.0, 0.03);
+}
+
 // A luminaire 1 cm behind the face of a closed slab of 8 cm, in a hazy room: all that it lights stays inside, though
 // surfels, points in the air and texels of both sides lie next to each other.
 TEST(Haze, StaysInsideAClosedSlab) {
