@@ -213,6 +213,7 @@ v1::FrameReport Renderer::run(const FrameInputs& inputs, std::vector<SlotRef> wa
     std::vector<Pass> passes = build_pipeline(inputs);
     gl::Query before;
     v1::FrameReport report;
+    inputs.screen.solved = {};
     std::vector<v1::PassReport> rows = execute(
         passes, wanted, pass_cache_,
         [&](std::size_t row) {
@@ -222,6 +223,7 @@ v1::FrameReport Renderer::run(const FrameInputs& inputs, std::vector<SlotRef> wa
             if (passes[row].on_gpu) timers.passes.emplace_back(row, std::pair(std::move(before), Timers::stamp()));
             if (inspector_) inspect_slot(inputs, passes[row].writes, inspector_);
         });
+    if (inputs.screen.solved.bounces > 0) solved_ = inputs.screen.solved;
     report.set_scene_rev(inputs.scene.scene_rev);
     for (v1::PassReport& row : rows) *report.add_passes() = std::move(row);
     // Asked again nothing would run, unless luminaires' own layers or more bounces are to follow.

@@ -178,6 +178,7 @@ private:
     PassCache pass_cache_;
     Target live_;
     std::unique_ptr<ScreenLight> live_screen_;
+    transport::Solved solved_;              // the last solve, of a live picture, a still or a meter
     std::unique_ptr<CoarseLight> coarse_;   // null: nothing was metered yet
     std::unique_ptr<Merged> captured_sum_;  // luminaires that captures sum, solved once for all their tiles
     std::size_t layer_bytes_ = std::size_t{2} << 30, layer_count_ = kMostLayers;

@@ -168,11 +168,9 @@ v1::TransportStats Renderer::transport_stats() {
         stats.set_bytes(static_cast<double>(newest->bytes()));
         stats.set_seconds(newest->seconds);
     }
-    if (live_screen_) {
-        stats.set_bounces(live_screen_->solved.bounces);
-        stats.set_residual(static_cast<double>(live_screen_->solved.residual));
-        stats.set_unconverged(static_cast<double>(live_screen_->solved.error));
-    }
+    stats.set_bounces(solved_.bounces);
+    stats.set_residual(static_cast<double>(solved_.residual));
+    stats.set_unconverged(static_cast<double>(solved_.error));
     return stats;
 }
 

@@ -254,6 +254,7 @@ TEST(Indirect, AgreesWithTheReference) {
             sum += wanted;
             EXPECT_LT(std::abs(off), 3.0 * reading.indirect_error_lx() + 3.0 * truth[i].indirect_error_lx) << i;
         }
+        EXPECT_GT(renderer.transport_stats().bounces(), 1u) << "nobody looks on, and the meter has solved";
         const double rms = std::sqrt(squares / static_cast<double>(points.size()));
         std::printf("%s: rms error against the reference %.4f, bias %.4f\n",
                     bounces == 1 ? "one bounce" : "all bounces", rms, excess / sum);

@@ -154,7 +154,7 @@ struct ScreenLight {
     std::array<float, 2> besides_unit_lx{};  // of Target::besides: of run_besides
     MeterLight meter;
     ScreenAir air;
-    transport::Solved solved;  // of the last solve for this target
+    transport::Solved solved;  // of the last solve in this run of the passes; none: no bounces
 };
 
 }  // namespace gonio
