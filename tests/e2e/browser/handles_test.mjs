@@ -1,7 +1,7 @@
 // What can be taken hold of in the picture: lights are picked, dragged and aimed; what lies under the pointer is told.
 //   node handles_test.mjs GONIOD_BINARY [SCREENSHOT.png]
 
-import {asked, check, inBrowser, listen, screenshot, settled, sleep, startServer, state, until} from "./harness.mjs";
+import {asked, check, inBrowser, listen, screenshot, settled, startServer, state, until} from "./harness.mjs";
 import {changed, distance, drag, handle, light, onPage} from "./place.mjs";
 
 // Where a light came to rest that was dragged away from `from`, by 5 cm at least.
