@@ -24,18 +24,20 @@ namespace HWY_NAMESPACE {
 #include "server/lighting/simd_web.h"
 #include "server/lighting/simd_web_parts.h"
 
-// What of the light passes the haze on its way; to: from the luminaire.
-HWY_INLINE Float passes_air(const DirectLight& light, const Vec3& to) {
+// Light in the picture's measure: what the haze lets pass on its way of what would come there; to: from the luminaire.
+HWY_INLINE Float arriving(const DirectLight& light, const Vec3& to, Float undimmed) {
+    const Float relative = undimmed * Float(light.unit_m2);
+    if (!light.air) return relative;
     const Float y(light.position.y);
-    return air_passes(light.air, sqrt(dot(to, to)), y, y + to.y);
+    return relative * air_passes(light.air, sqrt(dot(to, to)), y, y + to.y);
 }
 
 void SoftPoints(const DirectLight& light, const Points& points, std::size_t count, float* relative, float* ratio) {
     for (std::size_t i = 0; i < count; i += hn::Lanes(Tag())) {
         const auto at = static_cast<std::ptrdiff_t>(i);
         const Vec3 to = position_of(points, at) - spread(light.position), n = normal_of(points, at);
-        const Float light_there = from_parts(light, to, n), passed = light.air ? passes_air(light, to) : Float(1.0f);
-        store(light_there * passed * Float(light.unit_m2), relative + i);
+        const Float light_there = from_parts(light, to, n);
+        store(arriving(light, to, light_there), relative + i);
         if (ratio != nullptr) store(light_there / even_falloff(*light.parts, to, n), ratio + i);
     }
 }
@@ -51,8 +53,7 @@ void DirectPoints(const DirectLight& light, const Points& points, std::size_t co
         const Float share = falloff(to, normal_of(points, at));
         const bool dark = ratio == nullptr && hn::AllFalse(Tag(), Float(0.0f) < share);
         const Float value = dark ? Float(0.0f) : web_ratio(light.web, turned(light.light_from_world, to));
-        const Float passed = light.air && !dark ? passes_air(light, to) : Float(1.0f);
-        store(value * share * passed * Float(light.unit_m2), relative + i);
+        store(dark ? Float(0.0f) : arriving(light, to, value * share), relative + i);
         if (ratio != nullptr) store(value, ratio + i);
     }
 }
@@ -149,10 +150,8 @@ std::size_t LightAskers(Tile& tile, const DirectLight& light, std::size_t asking
                 values[v][i] = tile.points[v][pixel], values[v + 3][i] = normal[v][pixel];
         }
         const Vec3 to = Vec3(load(values[0]), load(values[1]), load(values[2])) - spread(light.position);
-        Float own =
-            from_parts(light, to, Vec3(load(values[3]), load(values[4]), load(values[5]))) * Float(light.unit_m2);
-        if (light.air) own = own * passes_air(light, to);
-        store(own, relative);
+        const Vec3 n(load(values[3]), load(values[4]), load(values[5]));
+        store(arriving(light, to, from_parts(light, to, n)), relative);
         for (std::size_t i = 0; i < std::min(lanes, asking - first); ++i) {
             tile.asking[left] = tile.asking[first + i];
             tile.relative[left] = relative[i];
@@ -238,8 +237,7 @@ std::size_t LightTile(Tile& tile, const DirectLight& light, const LatticePoints&
                     relative = hn::AllFalse(tag, exact)
                                    ? ratio * share[v]
                                    : web_ratio(light.web, turned(light.light_from_world, to[v])) * share[v];
-                relative = relative * Float(light.unit_m2);
-                if (light.air) relative = relative * passes_air(light, to[v]);
+                relative = arriving(light, to[v], relative);
                 const Float shown = hn::IfThenElseZero(lit, (relative * through).raw);
                 for (std::size_t k = 0; k < planes; ++k)
                     store(load(tile.light[k] + at) + shown * Float(light.weight[static_cast<int>(k)]),
