@@ -189,7 +189,7 @@ async function follows(page) {
             const tick = () => {
                 const {framesDecoded, shownRev, sceneRev} = window.gonio;
                 const last = window.seen.at(-1);
-                if (!last || last.framesDecoded !== framesDecoded || last.sceneRev !== sceneRev) window.seen.push({framesDecoded, shownRev, sceneRev});
+                if (!last || last.framesDecoded !== framesDecoded || last.shownRev !== shownRev || last.sceneRev !== sceneRev) window.seen.push({framesDecoded, shownRev, sceneRev});
                 if (window.watching) channel.port2.postMessage(0);
             };
             const channel = new MessageChannel();
@@ -202,7 +202,10 @@ async function follows(page) {
             await sleep(30);
         }
         await sleep(300);
-        const seen = await until("the last revision in the picture", () => page.evaluate(() => window.gonio.shownRev >= window.gonio.sceneRev && window.seen));
+        const seen = await until("the last revision in the picture", () => page.evaluate(() => {
+            const {shownRev, sceneRev} = window.seen.at(-1);
+            return shownRev >= sceneRev && window.seen;
+        }));
         await page.mouse.up();
         await page.evaluate(() => { window.watching = false; });
         const rev = seen.at(-1).sceneRev, told = seen.find(({sceneRev}) => sceneRev === rev), shown = seen.find(({shownRev}) => shownRev >= rev);
