@@ -8,14 +8,6 @@
 namespace gonio::transport {
 namespace {
 
-// A point that is drawn, and where on its triangle it is.
-struct Drawn {
-    trace::SurfaceHit hit;
-    float u, v;
-    std::uint32_t index;  // among all that are drawn
-    double area_m2;       // that it stands for
-};
-
 // Result: bits of the points at which a ray meets no other opaque triangle. Where faces of two things coincide, as
 // under a wall that stands on a floor, it meets one of them, and their area must not count twice.
 unsigned meets(const trace::Geometry& geometry, std::span<const Drawn> drawn) {
@@ -128,38 +120,44 @@ std::size_t Areas::find(int instance, int triangle) const {
     return is_it ? static_cast<std::size_t>(found - triangles.begin()) : triangles.size();
 }
 
+void each_drawn(const trace::Geometry& geometry, const Areas& areas, std::size_t count, std::uint32_t seed,
+                std::size_t first, std::size_t size, const std::function<void(const Drawn&)>& job) {
+    const double share_m2 = areas.running.back() / static_cast<double>(count);
+    auto above =
+        std::upper_bound(areas.running.begin() + 1, areas.running.end() - 1, share_m2 * static_cast<double>(first));
+    for (std::size_t i = first; i < first + size; ++i) {
+        const auto index = static_cast<std::uint32_t>(i);
+        trace::Sample sample(seed, index);
+        const glm::vec2 which = sample.next(), where = sample.next();  // independent of each other
+        const double at = share_m2 * (static_cast<double>(i) + static_cast<double>(which.x));
+        while (*above <= at && above + 1 < areas.running.end()) ++above;
+        const auto own = static_cast<std::size_t>(above - areas.running.begin()) - 1;
+        const Areas::Triangle& of = areas.triangles[own];
+        const float root = std::sqrt(where.x), u = root * (1.0f - where.y), v = root * where.y;
+        Drawn drawn{{}, u, v, index, own};
+        if (geometry.surface_at(of.instance, of.triangle, u, v, which.y < 0.5f, drawn.hit)) job(drawn);
+    }
+}
+
 std::vector<Candidate> candidates(const trace::Geometry& geometry, const Areas& areas, std::size_t count,
                                   std::uint32_t seed, const Reached& reached, Pool& pool,
                                   const std::function<bool()>& stopped) {
     constexpr std::size_t kChunk = 1024;
-    const double share_m2 = areas.running.back() / static_cast<double>(count);
     std::vector<std::vector<Candidate>> found((count + kChunk - 1) / kChunk);
     pool.run_chunks(count, kChunk, [&](std::size_t first, std::size_t size) {
         if (stopped()) return;
         std::vector<Drawn> drawn, doubtful;
-        auto above =
-            std::upper_bound(areas.running.begin() + 1, areas.running.end() - 1, share_m2 * static_cast<double>(first));
-        for (std::size_t i = first; i < first + size; ++i) {
-            const auto index = static_cast<std::uint32_t>(i);
-            trace::Sample sample(seed, index);
-            const glm::vec2 which = sample.next(), where = sample.next();  // independent of each other
-            const double at = share_m2 * (static_cast<double>(i) + static_cast<double>(which.x));
-            while (*above <= at && above + 1 < areas.running.end()) ++above;
-            const auto own = static_cast<std::size_t>(above - areas.running.begin()) - 1;
-            const Areas::Triangle& of = areas.triangles[own];
-            const float root = std::sqrt(where.x), u = root * (1.0f - where.y), v = root * where.y;
-            trace::SurfaceHit hit;
-            if (!geometry.surface_at(of.instance, of.triangle, u, v, which.y < 0.5f, hit)) continue;
-            (reached.sees(geometry, hit.position, hit.geometric) ? drawn : doubtful)
-                .push_back({hit, u, v, index, areas.each_m2(own, count)});
-        }
+        each_drawn(geometry, areas, count, seed, first, size, [&](const Drawn& one) {
+            (reached.sees(geometry, one.hit.position, one.hit.geometric) ? drawn : doubtful).push_back(one);
+        });
         for_chosen(
             doubtful, kFacing, [&](std::span<const Drawn> some) { return facing_reached(geometry, some, reached); },
             [&](const Drawn& one) { drawn.push_back(one); });
         for_chosen(
             drawn, trace::kPacket, [&](std::span<const Drawn> some) { return meets(geometry, some); },
             [&](const Drawn& one) {
-                found[first / kChunk].push_back(candidate_at(geometry, one.hit, one.u, one.v, one.area_m2));
+                found[first / kChunk].push_back(
+                    candidate_at(geometry, one.hit, one.u, one.v, areas.each_m2(one.of, count)));
             });
     });
     std::vector<Candidate> all;

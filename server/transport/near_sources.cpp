@@ -1,6 +1,7 @@
 #include "server/transport/near_sources.h"
 
 #include <algorithm>
+#include <limits>
 #include <numbers>
 
 #include "server/trace/sampler.h"
@@ -9,21 +10,18 @@
 namespace gonio::transport {
 namespace {
 
-// Some fifty candidates for each surfel that is wanted near a source, where the surface faces it; six from 64 sources
-// on. They say how large the surfels are, and the light of a housing is as exact as that.
-constexpr unsigned kMostRays = 16'384;
-constexpr std::size_t kMostOfAll = 1u << 17;  // of all sources together
-constexpr std::ptrdiff_t kMostAtOnce = 16;    // sources that reach into one cell
+constexpr std::size_t kMostRays = 1u << 17;  // of all sources together
 
 }  // namespace
 
-NearSources::NearSources(const trace::Geometry& geometry, std::span<const glm::vec3> sources, float reach_m)
-    : geometry_(geometry), sources_(sources), reach_m_(reach_m) {
-    const std::size_t each = std::min<std::size_t>(kMostRays, kMostOfAll / std::max<std::size_t>(sources.size(), 1));
+NearSources::NearSources(const trace::Geometry& geometry, std::vector<Source> sources, const Bounds& bounds)
+    : geometry_(geometry), sources_(std::move(sources)), at_once_(bounds.at_once) {
+    const std::size_t each = std::min<std::size_t>(bounds.rays, kMostRays / std::max<std::size_t>(sources_.size(), 1));
     rays_ = std::max(1u, static_cast<unsigned>(each) / trace::kPacket) * trace::kPacket;
-    for (std::uint32_t i = 0; i < sources.size(); ++i) {
-        const glm::ivec3 low = cell_at(sources[i] - reach_m, 2.0f * reach_m),
-                         high = cell_at(sources[i] + reach_m, 2.0f * reach_m);
+    for (const Source& source : sources_) side_m_ = std::max(side_m_, 2.0f * source.reach_m);
+    for (std::uint32_t i = 0; i < sources_.size(); ++i) {
+        const auto& [position, reach_m] = sources_[i];
+        const glm::ivec3 low = cell_at(position - reach_m, side_m_), high = cell_at(position + reach_m, side_m_);
         glm::ivec3 cell;
         for (cell.z = low.z; cell.z <= high.z; ++cell.z)
             for (cell.y = low.y; cell.y <= high.y; ++cell.y)
@@ -33,20 +31,23 @@ NearSources::NearSources(const trace::Geometry& geometry, std::span<const glm::v
 }
 
 NearSources::Near NearSources::at(const trace::SurfacePoint& point) const {
-    Near near{reach_m_};
-    const std::uint32_t cell = hash_of(cell_at(point.position, 2.0f * reach_m_));
+    constexpr float kNone = std::numeric_limits<float>::infinity();
+    Near near{kNone, kNone};
+    if (sources_.empty()) return near;
+    const std::uint32_t cell = hash_of(cell_at(point.position, side_m_));
     auto one = std::lower_bound(by_cell_.begin(), by_cell_.end(), std::pair(cell, 0u));
-    if (by_cell_.end() - one > kMostAtOnce && one[kMostAtOnce].first == cell) return near;
+    if (by_cell_.end() - one > at_once_ && one[at_once_].first == cell) return near;
     for (std::uint32_t last = ~0u; one != by_cell_.end() && one->first == cell; ++one) {
         if (std::exchange(last, one->second) == one->second) continue;  // two of its cells have one hash
-        const glm::vec3& source = sources_[one->second];
+        const auto& [source, reach_m] = sources_[one->second];
         const glm::vec3 along = source - point.position;
         const float distance_m = glm::length(along), facing = glm::dot(along, point.geometric);
-        if (!(distance_m < reach_m_) || facing <= 0.0f) continue;
+        if (!(distance_m < reach_m) || facing <= 0.0f) continue;
         const glm::vec3 from = point.position + point.geometric * (4.0f * geometry_.step_off(point.position));
         if (geometry_.occluded(from, source)) continue;
         const float passed = geometry_.transmissive() ? trace::luminous(geometry_.transmittance(from, source)) : 1.0f;
         near.distance_m = std::min(near.distance_m, distance_m);
+        near.reach_m = std::min(near.reach_m, reach_m);
         const double d = static_cast<double>(distance_m);
         near.rays_per_m2 += rays_ * static_cast<double>(passed * facing) / (4.0 * std::numbers::pi * d * d * d);
     }
@@ -57,7 +58,7 @@ std::vector<NearSources::End> NearSources::rays(Pool& pool, const std::function<
     std::vector<std::vector<End>> found(sources_.size());
     pool.run(static_cast<int>(sources_.size()), [&](int source) {
         const auto stream = static_cast<std::uint32_t>(source);
-        const glm::vec3& from = sources_[stream];
+        const auto& [from, reach_m] = sources_[stream];
         for (unsigned first = 0; first < rays_ && !stopped(); first += trace::kPacket) {
             trace::RayPacket rays;
             for (unsigned i = 0; i < trace::kPacket; ++i) {
@@ -65,7 +66,7 @@ std::vector<NearSources::End> NearSources::rays(Pool& pool, const std::function<
                                                                trace::mix_bits(stream, 0x1b873593u));
                 // A luminaire may be mounted on a surface: its rays must not end there.
                 const glm::vec3 along = trace::any_direction(random);
-                rays.set(static_cast<int>(i), from + along * geometry_.step_off(from), along, reach_m_);
+                rays.set(static_cast<int>(i), from + along * geometry_.step_off(from), along, reach_m);
             }
             trace::HitPacket hits;
             const unsigned met = geometry_.closest(rays, ~0u >> (32 - trace::kPacket), hits);

@@ -1,11 +1,11 @@
-// Where surfels lie closer together: near luminaires, because illuminance changes there over distances that are as
-// short as the way to them. In a lampshade or a housing nothing else is exact enough.
+// Places around which surfels lie closer together. Near a luminaire they do, because illuminance changes over distances
+// that are as short as the way to it. In a lampshade or a housing nothing else is exact enough. In a small room
+// (server/transport/small_rooms.h) they do, because light changes over parts of the room.
 #pragma once
 
 #include <cstdint>
 #include <functional>
 #include <glm/glm.hpp>
-#include <span>
 #include <utility>
 #include <vector>
 
@@ -14,15 +14,22 @@
 
 namespace gonio::transport {
 
-// Sources by place. Where more than 16 are near one place none counts: surfels close to all of them would be too many.
-// Immutable; any thread.
+// Sources by place. Immutable; any thread.
 class NearSources {
 public:
-    // reach_m: what is further away from a source counts as not near it.
-    NearSources(const trace::Geometry& geometry, std::span<const glm::vec3> sources, float reach_m);
+    struct Source {
+        glm::vec3 position;  // local, m
+        float reach_m;       // what is further away is not near it
+    };
+    struct Bounds {
+        unsigned rays;           // of each source; of all together 131,072
+        std::ptrdiff_t at_once;  // where more are near one place none counts: surfels close to all would be too many
+    };
+    NearSources(const trace::Geometry& geometry, std::vector<Source> sources, const Bounds& bounds);
 
     struct Near {
-        float distance_m;          // to the nearest source in sight, reach_m at most
+        float distance_m;          // to the nearest source in sight; infinite: none is near
+        float reach_m;             // the shortest of those in sight; infinite: none is near
         double rays_per_m2 = 0.0;  // of `rays` that come there: how densely they sample an opaque surface
     };
     Near at(const trace::SurfacePoint& point) const;
@@ -33,16 +40,17 @@ public:
         float u, v;
         bool front;
     };
-    // Result: the ends of rays that go evenly in all directions, no further than reach_m. Each source has as many.
+    // Result: the ends of rays that go evenly in all directions, as far as their source reaches. Each has as many.
     // stopped: asked now and then. When it is true, some are left out.
     std::vector<End> rays(Pool& pool, const std::function<bool()>& stopped) const;
 
 private:
     const trace::Geometry& geometry_;
-    std::span<const glm::vec3> sources_;
-    float reach_m_;
-    unsigned rays_;  // of each source; a multiple of trace::kPacket
-    // By the hash of a cell of space, twice the reach wide: those that reach into it. Ascending.
+    std::vector<Source> sources_;
+    std::ptrdiff_t at_once_;
+    float side_m_ = 0.0f;  // of cells of space: twice the longest reach
+    unsigned rays_;        // of each source; a multiple of trace::kPacket
+    // By the hash of a cell: those that reach into it. Ascending.
     std::vector<std::pair<std::uint32_t, std::uint32_t>> by_cell_;
 };
 

@@ -10,6 +10,7 @@
 #include "server/transport/candidates.h"
 #include "server/transport/near_sources.h"
 #include "server/transport/reached.h"
+#include "server/transport/small_rooms.h"
 #include "server/transport/space_hash.h"
 #include "server/transport/table.h"
 
@@ -20,9 +21,15 @@ constexpr float kCell = 3.0f;                 // side of the grid's cells, radii
 constexpr float kNear = 1.3f, kReach = 2.5f;  // radii within which surfels are looked for, first and then
 constexpr int kCandidates = 6;                // tried for each surfel that is wanted
 constexpr float kDartRadius = 0.74f;          // of the square root of a surfel's share of the area
-// Near a source they lie apart by this share of the distance to it, but no closer together than kClosest radii.
+// Near a luminaire they lie apart by this share of the distance to it, in a small room by this share of its size, but
+// no closer together than kClosest radii.
 constexpr float kNearShare = 0.14f, kClosest = 0.08f;
-constexpr double kMostNear = 0.05;       // surfels that crowding adds at most, of all
+constexpr float kLargeShare = 0.2f;  // in a room that is larger, to which the radius is this share, they do not
+// Surfels that are added at most, of all.
+constexpr double kMostNear = 0.05, kMostInRooms = 0.025;
+// Some fifty candidates for each surfel that is wanted near a luminaire, where the surface faces it; six from 64
+// luminaires on. They say how large the surfels are, and the light of a housing is as exact as that.
+constexpr NearSources::Bounds kNearLuminaires{16'384, 16}, kInRooms{4096, 128};
 constexpr std::size_t kMostFound = 512;  // surfels that one search lists
 constexpr int kPaths = 60'000, kPathLength = 8;
 
@@ -112,7 +119,9 @@ struct Placement {
         // Half of all sides are inside walls and things, about.
         const double guess = wanted(0.5 * all_m2);
         Reached reached(3.0f * static_cast<float>(std::sqrt(0.5 * all_m2 / guess)), static_cast<std::size_t>(guess));
-        walk(reached);
+        SmallRooms small_rooms(kDartRadius / kLargeShare * static_cast<float>(std::sqrt(0.5 * all_m2 / guess)));
+        walk(reached, small_rooms);
+        small_rooms.look(geometry, areas, pool, stopped);
         if (stopped()) return {};
         // A first, sparse set says how much of the area is reached.
         const auto drawn = [&](std::size_t number, std::uint32_t seed) {
@@ -137,7 +146,8 @@ struct Placement {
         areas.widen(0.5f * surfels.radius_m);
         std::vector<Candidate> all = drawn(tried, 0x2545f491u);
         if (stopped()) return {};
-        crowd(all, tried, count, surfels.radius_m);
+        const float reach_m = surfels.radius_m / kLargeShare;
+        crowd(all, small_rooms.found(geometry, reached, reach_m, pool, stopped), tried, count, surfels.radius_m);
         if (stopped()) return {};
         throw_darts(all, surfels);
         make_grid(surfels);
@@ -149,10 +159,10 @@ struct Placement {
 
     // Diffuse random walks from the seeds, kPathLength steps at a time. Those that came to new places go on from there:
     // few pass a keyhole, and late.
-    void walk(Reached& reached) {
+    void walk(Reached& reached, SmallRooms& small_rooms) {
         constexpr int kPackets = kPaths / trace::kPacket, kMostRounds = 32;
         struct Met {
-            glm::vec3 position, normal;
+            glm::vec3 from, position, normal;
             std::pair<int, int> triangle;
             int walker;
         };
@@ -177,7 +187,7 @@ struct Placement {
                     for (int i = 0; i < trace::kPacket; ++i) {
                         const trace::SurfaceHit& at = own.at[i];
                         if ((own.active >> i & 1u) != 0)
-                            own.met.push_back({at.position, at.geometric, {at.instance, at.triangle}, i});
+                            own.met.push_back({rays.from(i), at.position, at.geometric, {at.instance, at.triangle}, i});
                     }
                 }
             });
@@ -187,6 +197,7 @@ struct Placement {
                 unsigned found = 0;
                 for (const Met& one : walkers.met) {
                     if (reached.add(geometry, one.position, one.normal)) found |= 1u << one.walker;
+                    small_rooms.offer(one.from, one.position);
                     met_triangles.push_back(one.triangle);
                 }
                 walkers.active &= found;
@@ -208,51 +219,62 @@ struct Placement {
         rays.set(i, from + d * geometry.step_off(from), d);
     }
 
-    // Adds candidates near the sources, so that surfels can lie closer together there, and says how close.
-    // drawn: so many were, for which `all` are left.
-    void crowd(std::vector<Candidate>& all, std::size_t drawn, double count, float radius_m) {
-        const float reach_m = radius_m / kNearShare;
-        const NearSources near_sources(geometry, sources, reach_m);
+    // Adds candidates near the sources and in small rooms, so that surfels can lie closer together there, and says how
+    // close. drawn: so many were, for which `all` are left.
+    void crowd(std::vector<Candidate>& all, std::vector<NearSources::Source> rooms, std::size_t drawn, double count,
+               float radius_m) {
+        std::vector<NearSources::Source> luminaires;
+        for (const glm::vec3& source : sources) luminaires.push_back({source, radius_m / kNearShare});
+        const NearSources near_luminaires(geometry, std::move(luminaires), kNearLuminaires),
+            in_rooms(geometry, std::move(rooms), kInRooms);
         const std::size_t evenly = all.size();
-        for (const NearSources::End& end : near_sources.rays(pool, stopped)) {
-            trace::SurfaceHit hit;
-            if (!geometry.surface_at(end.instance, end.triangle, end.u, end.v, end.front, hit)) continue;
-            const std::size_t own = areas.find(end.instance, end.triangle);
-            // On a triangle that no point was drawn on, rays alone count.
-            const double drawn_m2 =
-                own == areas.triangles.size() ? std::numeric_limits<double>::infinity() : areas.each_m2(own, drawn);
-            all.push_back(candidate_at(geometry, hit, end.u, end.v, drawn_m2));
+        for (const NearSources* sampled : {&near_luminaires, &in_rooms}) {
+            for (const NearSources::End& end : sampled->rays(pool, stopped)) {
+                trace::SurfaceHit hit;
+                if (!geometry.surface_at(end.instance, end.triangle, end.u, end.v, end.front, hit)) continue;
+                const std::size_t own = areas.find(end.instance, end.triangle);
+                // On a triangle that no point was drawn on, rays alone count.
+                const double drawn_m2 =
+                    own == areas.triangles.size() ? std::numeric_limits<double>::infinity() : areas.each_m2(own, drawn);
+                all.push_back(candidate_at(geometry, hit, end.u, end.v, drawn_m2));
+            }
         }
         pool.run_chunks(all.size(), 1024, [&](std::size_t first, std::size_t size) {
             if (stopped()) return;
             for (std::size_t i = first; i < first + size; ++i) {
-                const NearSources::Near near = near_sources.at(all[i]);
-                const double rays_per_m2 = near.rays_per_m2 * static_cast<double>(all[i].covered);
+                const NearSources::Near near = near_luminaires.at(all[i]), room = in_rooms.at(all[i]);
+                const double rays_per_m2 = (near.rays_per_m2 + room.rays_per_m2) * static_cast<double>(all[i].covered);
                 all[i].near_m = near.distance_m;
+                all[i].room_m = room.reach_m;
                 all[i].lit = near.rays_per_m2;
-                // Points of both kinds are this dense together (Veach and Guibas 1995, balance heuristic).
+                // Points of all kinds are this dense together (Veach and Guibas 1995, balance heuristic).
                 all[i].area_m2 = 1.0 / (1.0 / all[i].area_m2 + rays_per_m2);
                 // Rounding: a ray ends where its own source does not see the point.
                 if (i >= evenly && !(rays_per_m2 > 0.0)) all[i].area_m2 = 0.0;
             }
         });
         std::erase_if(all, [](const Candidate& one) { return !(one.area_m2 > 0.0); });
-        const auto spacing = [&](const Candidate& one, float share) {
-            return one.near_m < reach_m ? glm::clamp(share * one.near_m, kClosest * radius_m, radius_m) : radius_m;
-        };
-        // If that makes too many surfels, they crowd less, until their number is in bounds.
-        float share = kNearShare;
-        const auto more = [&] {
-            double sum = 0.0;
-            for (const Candidate& one : all) {
-                const double least = static_cast<double>(spacing(one, share)), most = static_cast<double>(radius_m);
-                sum += one.area_m2 * static_cast<double>(kDartRadius * kDartRadius) *
-                       (1.0 / (least * least) - 1.0 / (most * most));
-            }
-            return sum;
-        };
-        while (more() > kMostNear * count) share *= 1.25f;
-        for (Candidate& one : all) one.spacing_m = spacing(one, share);
+        for (Candidate& one : all) one.spacing_m = radius_m;
+        for (const auto& [length_m, most] :
+             {std::pair(&Candidate::near_m, kMostNear), std::pair(&Candidate::room_m, kMostInRooms)}) {
+            const auto spacing = [&](const Candidate& one, float share) {
+                return glm::clamp(share * one.*length_m, kClosest * radius_m, one.spacing_m);
+            };
+            // If that makes too many surfels, they crowd less, until their number is in bounds.
+            float share = kNearShare;
+            const auto added = [&] {
+                double sum = 0.0;
+                for (const Candidate& one : all) {
+                    const double less = static_cast<double>(spacing(one, share)),
+                                 more = static_cast<double>(one.spacing_m);
+                    sum += one.area_m2 * static_cast<double>(kDartRadius * kDartRadius) *
+                           (1.0 / (less * less) - 1.0 / (more * more));
+                }
+                return sum;
+            };
+            while (added() > most * count) share *= 1.25f;
+            for (Candidate& one : all) one.spacing_m = spacing(one, share);
+        }
     }
 
     void throw_darts(const std::vector<Candidate>& all, Surfels& surfels) {

@@ -397,6 +397,39 @@ TEST(Transport, AHousingInALargeSceneHasSurfels) {
     EXPECT_NEAR(made.mean(made.irradiance.indirect), expected, 0.05 * expected);
 }
 
+// A sphere of 1 m with a round port in a black hall of 30 m, where surfels lie 0.6 m apart. The luminaire in the
+// hall lights the sphere through the port. Any two points of a sphere see each other with the same form factor, so that
+// E = rho Phi / (A (1 - rho (1 - f))) everywhere, with Phi through the port and f the port's share of A.
+TEST(Transport, ASmallRoomInAHallHasSurfelsOfItsOwn) {
+    constexpr int kRings = 48, kOut = 10;
+    constexpr double kRadius_m = 0.5, kAway_m = 7.0, kReflectance = 0.8;
+    constexpr SurfelSettings kSome{.least = 1000, .most = 10'000};
+    std::vector<test::Placed> pieces = test::box({-15, -1, -15}, {15, 9, 15}, 0.0, true);
+    test::Placed sphere;
+    sphere.mesh = test::inward_sphere(kRadius_m, kRings);
+    sphere.mesh.indices.erase(sphere.mesh.indices.begin(), sphere.mesh.indices.begin() + kOut * 2 * kRings * 6);
+    sphere.material = test::matte(kReflectance);
+    pieces.push_back(sphere);
+    const Made made(test::scene_of_pieces(std::move(pieces), {test::light_seed(test::isotropic(1.0), {0, kAway_m, 0})}),
+                    kSome);
+    const double angle = std::numbers::pi * kOut / kRings, f = 0.5 * (1.0 - std::cos(angle)),
+                 far_m = kAway_m - kRadius_m * std::cos(angle),
+                 flux_lm = 2.0 * std::numbers::pi * (1.0 - far_m / std::hypot(far_m, kRadius_m * std::sin(angle))),
+                 all_m2 = 4.0 * std::numbers::pi * kRadius_m * kRadius_m,
+                 expected = kReflectance * flux_lm / (all_m2 * (1.0 - kReflectance * (1.0 - f)));
+    double sum = 0.0, inside_m2 = 0.0;
+    const Surfels& s = made.surfels();
+    for (std::size_t i = 0; i < s.count; ++i) {
+        const glm::dvec3 at = made.geometry->origin() + glm::dvec3(s.position(i));
+        if (glm::length(at) > 1.01 * kRadius_m || glm::dot(at, glm::dvec3(s.normal(i))) > 0.0) continue;
+        sum += static_cast<double>(s.area_m2[i]) * static_cast<double>(made.irradiance.indirect[i].g);
+        inside_m2 += static_cast<double>(s.area_m2[i]);
+    }
+    EXPECT_NEAR(inside_m2, (1.0 - f) * all_m2, 0.05 * all_m2);
+    EXPECT_NEAR(sum / inside_m2, expected, 0.04 * expected) << "1.22 of it without";
+    EXPECT_LT(static_cast<double>(s.count), 1.2 * static_cast<double>(kSome.most)) << "bounded";
+}
+
 // A luminaire in the gap of 16 mm between two strips of 30 m, among 200 others: cells as fine as surfels lie apart, on
 // all of them, take terabytes. Links still end at the surfel next to where they meet a strip.
 TEST(Transport, LongTrianglesAreAsFineAsShortOnes) {
