@@ -43,9 +43,15 @@ void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
     prepare_drawn(direct_by_rays_ || refines_ || scene.lights.size() > kMostLayers);
     if (bodies_) bodies_->place(scene, traced_->origin());
     if (scene.technique == Technique::standard && bounces) prepare_transport(scene);
+    if (live) {
+        live_lights_.clear();
+        for (const Light& light : scene.lights) live_lights_.insert(light.id);
+    }
+    // What captures and meters see beside the live picture goes with their scene.
     std::erase_if(lights_, [&](const auto& entry) {
-        const bool gone = live && std::none_of(scene.lights.begin(), scene.lights.end(),
-                                               [&](const Light& l) { return l.id == entry.first; });
+        const bool gone =
+            !live_lights_.contains(entry.first) &&
+            std::none_of(scene.lights.begin(), scene.lights.end(), [&](const Light& l) { return l.id == entry.first; });
         if (gone) pass_cache_.forget_light(entry.first);
         return gone;
     });

@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -159,6 +160,7 @@ private:
     Programs programs_;
     std::unique_ptr<GpuScene> geometry_;
     std::map<std::uint32_t, LightGpu> lights_;  // by Light::id
+    std::set<std::uint32_t> live_lights_;       // ids of the last live frame, which captures leave alone
     std::map<const Profile*, std::weak_ptr<const WebGpu>> webs_;
     std::shared_ptr<const trace::Geometry> traced_;
     std::shared_ptr<SceneTransport> own_;  // of `traced_`; null until it is asked for
