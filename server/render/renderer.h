@@ -113,6 +113,8 @@ public:
     }
     // Whether a light of a scene that was captured fell on so few surfels that it is a narrow beam.
     bool met_narrow_beams() const;
+    // How many luminaires' light is kept: those of the last live frame and of what was captured or metered last.
+    std::size_t lights_held() const { return lights_.size(); }
     // Of the live picture's luminaires so many keep their light apart as fit into this, kMostLayers at most and one at
     // least: those that changed last. The others are summed; one of them that changes has to be taken out of the sum,
     // which lights all the others anew, once.

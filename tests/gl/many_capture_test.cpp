@@ -15,6 +15,27 @@ namespace {
 constexpr std::size_t kMany = 12;
 static_assert(kMany > lighting::kMostExactLights);
 
+// Of scenes that were captured one after the other only the last one's luminaire is kept, beside the live one's.
+TEST(ManyCapture, KeepsNoLuminairesOfScenesThatAreGone) {
+    Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
+    Scene scene = floor_scene(20.0, 0.0f, isotropic(1.0), {0, 2, 0});
+    const auto capture = [&](std::uint32_t id) {
+        scene.lights[0].id = id;
+        const auto job = renderer.begin_capture(scene, View::illuminance, 32, 32, true);
+        while (!renderer.continue_capture(*job)) {
+        }
+    };
+    for (std::uint32_t id = 1; id <= 4; ++id) {
+        capture(id);
+        EXPECT_EQ(renderer.lights_held(), 1u) << id;
+    }
+    renderer.begin_frame(scene, monotonic_ns());
+    renderer.finish_frame(true);
+    capture(9);
+    EXPECT_EQ(renderer.lights_held(), 2u) << "the live one's stays";
+}
+
 // On a black floor each pixel has the sum of I cos / d² × colour × level, of values far beyond what half floats hold
 // apart; in several tiles.
 TEST(ManyCapture, DirectLightIsTheSumInFullPrecision) {
