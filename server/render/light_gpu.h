@@ -38,6 +38,7 @@ struct WebGpu {
 struct LightGpu {
     std::shared_ptr<const WebGpu> web;
     std::shared_ptr<const Profile> profile;  // of `web`
+    bool live = false;                       // in the scene of the last live frame
 
     gl::Texture shadow;  // size² × 6 DEPTH32F, near / axis distance, 0: nothing there
     gl::Framebuffer shadow_fbo;

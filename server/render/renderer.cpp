@@ -43,20 +43,18 @@ void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
     prepare_drawn(direct_by_rays_ || refines_ || scene.lights.size() > kMostLayers);
     if (bodies_) bodies_->place(scene, traced_->origin());
     if (scene.technique == Technique::standard && bounces) prepare_transport(scene);
-    if (live) {
-        live_lights_.clear();
-        for (const Light& light : scene.lights) live_lights_.insert(light.id);
-    }
-    // What captures and meters see beside the live picture goes with their scene.
+    // Drops the luminaires of scenes that were captured or metered earlier. Those of the live picture stay meanwhile:
+    // its next frame would light them anew.
+    for (auto& [id, gpu] : lights_) gpu.live &= !live;
     std::erase_if(lights_, [&](const auto& entry) {
-        const bool gone =
-            !live_lights_.contains(entry.first) &&
-            std::none_of(scene.lights.begin(), scene.lights.end(), [&](const Light& l) { return l.id == entry.first; });
+        const bool gone = !entry.second.live && std::none_of(scene.lights.begin(), scene.lights.end(),
+                                                             [&](const Light& l) { return l.id == entry.first; });
         if (gone) pass_cache_.forget_light(entry.first);
         return gone;
     });
     for (const Light& light : scene.lights) {
         LightGpu& gpu = lights_[light.id];
+        gpu.live |= live;
         if (gpu.rsm_fbo.id() == 0) gpu.rsm_size = rsm_size_;
         if (gpu.profile != light.shining()) {
             std::weak_ptr<const WebGpu>& cached = webs_[light.shining().get()];

@@ -9,7 +9,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -113,7 +112,8 @@ public:
     }
     // Whether a light of a scene that was captured fell on so few surfels that it is a narrow beam.
     bool met_narrow_beams() const;
-    // How many luminaires' light is kept: those of the last live frame and of what was captured or metered last.
+    // Returns the number of luminaires whose light is kept: those of the last live frame, and those of the scene that
+    // was last captured or metered.
     std::size_t lights_held() const { return lights_.size(); }
     // Of the live picture's luminaires so many keep their light apart as fit into this, kMostLayers at most and one at
     // least: those that changed last. The others are summed; one of them that changes has to be taken out of the sum,
@@ -162,7 +162,6 @@ private:
     Programs programs_;
     std::unique_ptr<GpuScene> geometry_;
     std::map<std::uint32_t, LightGpu> lights_;  // by Light::id
-    std::set<std::uint32_t> live_lights_;       // ids of the last live frame, which captures leave alone
     std::map<const Profile*, std::weak_ptr<const WebGpu>> webs_;
     std::shared_ptr<const trace::Geometry> traced_;
     std::shared_ptr<SceneTransport> own_;  // of `traced_`; null until it is asked for

@@ -15,7 +15,8 @@ namespace {
 constexpr std::size_t kMany = 12;
 static_assert(kMany > lighting::kMostExactLights);
 
-// Of scenes that were captured one after the other only the last one's luminaire is kept, beside the live one's.
+// Scenes are captured one after the other. The renderer keeps the luminaire of the last one and that of the live
+// picture.
 TEST(ManyCapture, KeepsNoLuminairesOfScenesThatAreGone) {
     Renderer renderer(context(), direct_light());
     make_coarse(renderer);
