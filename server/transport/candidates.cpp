@@ -39,9 +39,7 @@ unsigned facing_reached(const trace::Geometry& geometry, std::span<const Drawn> 
     for (unsigned k = 0; k < drawn.size() * kRays; ++k) {
         const Drawn& from = drawn[k / kRays];
         trace::Sample sample(0x1b873593u, from.index * kRays + k % kRays);
-        const glm::vec3 &p = from.hit.position, &n = from.hit.geometric;
-        rays.set(static_cast<int>(k), p + n * geometry.step_off(p),
-                 trace::around(n, trace::cosine_hemisphere(sample.next())));
+        set_diffuse_step(rays, static_cast<int>(k), geometry, from.hit, sample.next());
     }
     trace::SurfaceHit hits[trace::kPacket];
     const unsigned met = geometry.closest(rays, ~0u >> (32 - drawn.size() * kRays), hits, false);

@@ -20,8 +20,8 @@ struct Candidate : trace::SurfacePoint {
     glm::vec3 detailed;      // normal as the normal map has it
     float covered = 1.0f;    // how often a ray that comes there ends there
     double area_m2 = 0.0;    // that it stands for
-    float near_m = 0.0f;     // to the nearest luminaire in sight; infinite: none is near
-    float room_m = 0.0f;     // how large the small room is that it is in; infinite: it is in none
+    float near_m = 0.0f;     // distance to the nearest luminaire in sight; infinite if none is near
+    float room_m = 0.0f;     // size of the small room that it is in; infinite if it is in none
     double lit = 0.0;        // by all near sources alike, in any unit
     float spacing_m = 0.0f;  // of surfels there
 };
@@ -52,15 +52,16 @@ struct Areas {
     std::size_t find(int instance, int triangle) const;
 };
 
-// One of `count` points over both sides of all triangles, each from a share of their area of its own.
+// One of `count` points drawn over both sides of all triangles. The area is cut into `count` equal shares, and each
+// point comes from one of them.
 struct Drawn {
     trace::SurfaceHit hit;
     float u, v;           // on its triangle
     std::uint32_t index;  // below count
-    std::size_t of;       // of Areas::triangles
+    std::size_t of;       // index into Areas::triangles
 };
-// Calls job(point) for those with an index from `first` to `first + size` - 1. In a texture's hole there is no surface,
-// and no point. seed: of the random numbers. The points depend on nothing else.
+// Calls job(point) for the points with indices from `first` to `first + size` - 1, except those that fall into a hole
+// of a texture. seed: of the random numbers. Equal seeds give equal points.
 void each_drawn(const trace::Geometry& geometry, const Areas& areas, std::size_t count, std::uint32_t seed,
                 std::size_t first, std::size_t size, const std::function<void(const Drawn&)>& job);
 

@@ -14,6 +14,16 @@ constexpr std::size_t kMostRays = 1u << 17;  // of all sources together
 
 }  // namespace
 
+trace::RayPacket rays_around(const glm::vec3& place, float off_m, std::uint32_t stream, unsigned first, float far_m) {
+    trace::RayPacket rays;
+    const std::uint32_t u = trace::mix_bits(stream, 0x7f4a7c15u), v = trace::mix_bits(stream, 0x1b873593u);
+    for (unsigned i = 0; i < trace::kPacket; ++i) {
+        const glm::vec3 along = trace::any_direction(trace::scrambled_pair(first + i, u, v));
+        rays.set(static_cast<int>(i), place + along * off_m, along, far_m);
+    }
+    return rays;
+}
+
 NearSources::NearSources(const trace::Geometry& geometry, std::vector<Source> sources, const Bounds& bounds)
     : geometry_(geometry), sources_(std::move(sources)), at_once_(bounds.at_once) {
     const std::size_t each = std::min<std::size_t>(bounds.rays, kMostRays / std::max<std::size_t>(sources_.size(), 1));
@@ -60,14 +70,8 @@ std::vector<NearSources::End> NearSources::rays(Pool& pool, const std::function<
         const auto stream = static_cast<std::uint32_t>(source);
         const auto& [from, reach_m] = sources_[stream];
         for (unsigned first = 0; first < rays_ && !stopped(); first += trace::kPacket) {
-            trace::RayPacket rays;
-            for (unsigned i = 0; i < trace::kPacket; ++i) {
-                const glm::vec2 random = trace::scrambled_pair(first + i, trace::mix_bits(stream, 0x7f4a7c15u),
-                                                               trace::mix_bits(stream, 0x1b873593u));
-                // A luminaire may be mounted on a surface: its rays must not end there.
-                const glm::vec3 along = trace::any_direction(random);
-                rays.set(static_cast<int>(i), from + along * geometry_.step_off(from), along, reach_m);
-            }
+            // A luminaire may be mounted on a surface: its rays must not end there.
+            const trace::RayPacket rays = rays_around(from, geometry_.step_off(from), stream, first, reach_m);
             trace::HitPacket hits;
             const unsigned met = geometry_.closest(rays, ~0u >> (32 - trace::kPacket), hits);
             for (int i = 0; i < trace::kPacket; ++i) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/trace/sampler.h"
+
 namespace gonio::transport {
 
 bool in_sight(const trace::Geometry& geometry, const glm::vec3& p, const glm::vec3& n, const glm::vec3& q,
@@ -11,6 +13,12 @@ bool in_sight(const trace::Geometry& geometry, const glm::vec3& p, const glm::ve
     if (!geometry.occluded(from, to)) return true;
     const glm::vec3 high = p + n * above_m, high_other = q + m * above_m;
     return !geometry.occluded(from, high) && !geometry.occluded(high, high_other) && !geometry.occluded(high_other, to);
+}
+
+void set_diffuse_step(trace::RayPacket& rays, int i, const trace::Geometry& geometry, const trace::SurfacePoint& from,
+                      const glm::vec2& random, float far_m) {
+    rays.set(i, from.position + from.geometric * geometry.step_off(from.position),
+             trace::around(from.geometric, trace::cosine_hemisphere(random)), far_m);
 }
 
 bool Reached::add(const trace::Geometry& geometry, const glm::vec3& p, const glm::vec3& normal) {

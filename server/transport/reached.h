@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -15,6 +16,11 @@ namespace gonio::transport {
 // surface rays between its points pass below it. n, m: their normals.
 bool in_sight(const trace::Geometry& geometry, const glm::vec3& p, const glm::vec3& n, const glm::vec3& q,
               const glm::vec3& m, float above_m);
+
+// Sets ray i to the next step of a diffuse walk that has come to a surface. Directions are cosine-distributed about the
+// geometric normal. random: a pair in [0, 1). far_m: the ray's length.
+void set_diffuse_step(trace::RayPacket& rays, int i, const trace::Geometry& geometry, const trace::SurfacePoint& from,
+                      const glm::vec2& random, float far_m = std::numeric_limits<float>::infinity());
 
 // Points that walks met, some in each coarse cell of space, by the axis that their surface faces. One thread adds; any
 // asks.

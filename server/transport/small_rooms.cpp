@@ -11,31 +11,21 @@ namespace gonio::transport {
 namespace {
 
 constexpr std::size_t kMostOffered = 8192, kMostPlaces = 16'384, kMostRooms = 512;
-constexpr unsigned kPackets = 4, kRays = kPackets * trace::kPacket;
-constexpr unsigned kWithin = kRays * 9 / 10;          // rays that end in the room
-constexpr unsigned kSurely = trace::kPacket * 3 / 4;  // of each packet: with fewer no more are sent
-constexpr float kApart = 0.4f;                        // of the smaller of two rooms: how near places of one may be
-constexpr float kFurther = 0.6f;                      // of the way to a surface: where else in a room a place may be
-constexpr float kSmallest = 1.0f / 16.0f;             // of most_m: what is shorter is a crack
-
-constexpr std::size_t kLooks = 1u << 17;  // points that are drawn
-constexpr unsigned kMostSteps = 16;
-
+constexpr unsigned kPackets = 4, kRays = kPackets * trace::kPacket;  // rays from a place that measure its surroundings
+constexpr unsigned kWithin = kRays * 9 / 10;                         // rays that must end within the room
+constexpr unsigned kSurely = trace::kPacket * 3 / 4;  // of each packet; with fewer the place is in no room
+constexpr float kApart = 0.4f;             // least distance between two places of a room, as a share of its size
+constexpr float kFurther = 0.6f;           // share of the way to a surface at which the next place in a room is tried
+constexpr float kSmallest = 1.0f / 16.0f;  // share of most_m below which a gap is a crack and no room
+constexpr std::size_t kLooks = 1u << 17;   // points that look() draws
+constexpr unsigned kMostSteps = 16;        // of the walks that tell whether light reaches a place
 constexpr float kNoRoom = std::numeric_limits<float>::infinity();
 
-trace::RayPacket rays_around(const glm::vec3& place, std::uint32_t stream, unsigned first, float most_m) {
-    trace::RayPacket rays;
-    const std::uint32_t u = trace::mix_bits(stream, 0x7f4a7c15u), v = trace::mix_bits(stream, 0x1b873593u);
-    for (unsigned i = 0; i < trace::kPacket; ++i)
-        rays.set(static_cast<int>(i), place, trace::any_direction(trace::scrambled_pair(first + i, u, v)), most_m);
-    return rays;
-}
-
-// Result: how far nine in ten of all directions lead from a place, m; kNoRoom: further than most_m.
+// Result: the distance within which nine in ten rays from a place end, m; kNoRoom if it is more than most_m.
 float size_at(const trace::Geometry& geometry, const glm::vec3& place, std::uint32_t stream, float most_m) {
     std::vector<float> lengths;
     for (unsigned packet = 0; packet < kPackets; ++packet) {
-        const trace::RayPacket rays = rays_around(place, stream, packet * trace::kPacket, most_m);
+        const trace::RayPacket rays = rays_around(place, 0.0f, stream, packet * trace::kPacket, most_m);
         trace::HitPacket hits;
         const unsigned met = geometry.closest(rays, ~0u >> (32 - trace::kPacket), hits);
         for (int i = 0; i < trace::kPacket; ++i)
@@ -47,9 +37,9 @@ float size_at(const trace::Geometry& geometry, const glm::vec3& place, std::uint
     return lengths[kWithin - 1];
 }
 
-// Result: whether one of sixteen walks comes to where light is known to come.
+// Result: whether one of sixteen walks from a place comes to a surface that light is known to reach.
 bool reaches(const trace::Geometry& geometry, const glm::vec3& place, std::uint32_t stream, const Reached& reached) {
-    trace::RayPacket rays = rays_around(place, stream, 0, kNoRoom);
+    trace::RayPacket rays = rays_around(place, 0.0f, stream, 0, std::numeric_limits<float>::infinity());
     trace::SurfaceHit at[trace::kPacket];
     unsigned active = ~0u >> (32 - trace::kPacket);
     for (unsigned step = 0; step < kMostSteps && active != 0; ++step) {
@@ -59,8 +49,7 @@ bool reaches(const trace::Geometry& geometry, const glm::vec3& place, std::uint3
             if (reached.sees(geometry, at[i].position, at[i].geometric)) return true;
             trace::Sample sample(trace::mix_bits(step, 0x2c1b3c6du),
                                  stream * trace::kPacket + static_cast<unsigned>(i));
-            rays.set(i, at[i].position + at[i].geometric * geometry.step_off(at[i].position),
-                     trace::around(at[i].geometric, trace::cosine_hemisphere(sample.next())));
+            set_diffuse_step(rays, i, geometry, at[i], sample.next());
         }
     }
     return false;
@@ -101,9 +90,7 @@ void SmallRooms::look(const trace::Geometry& geometry, const Areas& areas, Pool&
         };
         each_drawn(geometry, areas, kLooks, 0x68bc21ebu, first, size, [&](const Drawn& one) {
             trace::Sample sample(0x2c1b3c6du, one.index);
-            rays.set(static_cast<int>(count++),
-                     one.hit.position + one.hit.geometric * geometry.step_off(one.hit.position),
-                     trace::around(one.hit.geometric, trace::cosine_hemisphere(sample.next())), most_m_);
+            set_diffuse_step(rays, static_cast<int>(count++), geometry, one.hit, sample.next(), most_m_);
             if (count == trace::kPacket) send();
         });
         send();
@@ -126,8 +113,9 @@ std::vector<NearSources::Source> SmallRooms::found(const trace::Geometry& geomet
             sizes_m[i] = lit_size_at(places_[i], static_cast<std::uint32_t>(i));
     });
     std::vector<NearSources::Source> rooms;
+    const auto full = [&] { return rooms.size() == kMostRooms; };
     const auto take = [&](const glm::vec3& place, float size_m) {
-        if (size_m == kNoRoom || rooms.size() == kMostRooms) return;
+        if (size_m == kNoRoom || full()) return;
         const bool known = std::any_of(rooms.begin(), rooms.end(), [&](const NearSources::Source& other) {
             return glm::distance(other.position, place) < kApart * std::min(other.reach_m, size_m) &&
                    !geometry.occluded(other.position, place);
@@ -135,13 +123,13 @@ std::vector<NearSources::Source> SmallRooms::found(const trace::Geometry& geomet
         if (!known) rooms.push_back({place, size_m});
     };
     std::size_t spread = 0;
-    for (std::size_t i = 0; i < places_.size() && !stopped(); ++i) {
+    for (std::size_t i = 0; i < places_.size() && !full() && !stopped(); ++i) {
         take(places_[i].at, sizes_m[i]);
-        // From one place to all of its room.
-        for (; spread < rooms.size() && !stopped(); ++spread) {
+        // One place in a room leads to others, until they cover the room.
+        for (; spread < rooms.size() && !full() && !stopped(); ++spread) {
             const glm::vec3 from = rooms[spread].position;
             const auto stream = static_cast<std::uint32_t>(kMostPlaces + spread);
-            const trace::RayPacket rays = rays_around(from, stream, 0, rooms[spread].reach_m);
+            const trace::RayPacket rays = rays_around(from, 0.0f, stream, 0, rooms[spread].reach_m);
             trace::HitPacket hits;
             const unsigned met = geometry.closest(rays, ~0u >> (32 - trace::kPacket), hits);
             for (int k = 0; k < trace::kPacket; ++k) {

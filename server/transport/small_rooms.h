@@ -1,5 +1,5 @@
-// Rooms that are small beside the distance between surfels: a cupboard in a hall. Surfels lie closer together in them,
-// because light changes over distances that are a part of the room around.
+// Finds rooms that are small compared with the spacing of surfels, such as a cupboard in a hall. Surfels lie closer
+// together in them, because light changes over distances that are a fraction of the room.
 #pragma once
 
 #include <cstdint>
@@ -16,34 +16,36 @@
 
 namespace gonio::transport {
 
-// Places in the air where surfaces are near. One thread. Coordinates are local, m.
+// Collects places in the air that have surfaces nearby, and tells which of them are in small rooms. One thread.
+// Coordinates are local, m.
 class SmallRooms {
 public:
-    // most_m: what is longer than this is no small room.
+    // most_m: steps longer than this are ignored.
     explicit SmallRooms(float most_m) : most_m_(most_m) {}
-    // Keeps the middle of a way that light takes between two surfaces, if it is short and the first of its length
-    // there. 8,192 at most.
+    // Keeps the middle of a step that light takes between two surfaces, if the step is short and the first of its
+    // length there. Keeps 8,192 at most.
     void offer(const glm::vec3& from, const glm::vec3& to);
-    // Offers short ways from points that are drawn over all surfaces, whether light comes there or not. Few walks from
-    // a luminaire pass the slit of a cupboard. With those of offer() 16,384 at most. pool, stopped: as of found().
+    // Keeps the middles of short rays from points drawn over all surfaces, whether light reaches them or not: few walks
+    // from a luminaire find the slit of a cupboard. With those of offer() 16,384 are kept at most. pool, stopped: see
+    // found().
     void look(const trace::Geometry& geometry, const Areas& areas, Pool& pool, const std::function<bool()>& stopped);
-    // Result: places whose surroundings are a room no larger than most_m, a few in each room and 512 at most. Each
-    // reaches as far as nine in ten of the surfaces around it. A place from which more than a tenth of all directions
-    // lead further is in no room: so the edges and corners of a large one are none. Light must come there: by offer(),
-    // or because one of 16 walks comes from there to what is `reached`, within 16 steps. stopped: asked now and then.
-    // When it is true, some are left out.
+    // Result: places in rooms no larger than most_m, a few in each room and 512 at most. A place's reach is the
+    // distance within which nine in ten of the rays from it end. If more than one in ten go further than most_m, the
+    // place is in no small room. So the edges and corners of a large room do not count. Light reaches the places of
+    // offer(). From any other place one of 16 walks must come to a surface of `reached` within 16 steps. stopped: asked
+    // now and then. When it is true, some places are left out.
     std::vector<NearSources::Source> found(const trace::Geometry& geometry, const Reached& reached, float most_m,
                                            Pool& pool, const std::function<bool()>& stopped) const;
 
 private:
     struct Place {
         glm::vec3 at;
-        bool doubtful;  // whether light comes there
+        bool doubtful;  // whether it is unknown that light reaches it
     };
     void keep(const glm::vec3& from, const glm::vec3& to, bool doubtful);
 
     float most_m_;
-    std::unordered_set<std::uint64_t> known_;  // cells of space, as wide as the way is long, by their hash
+    std::unordered_set<std::uint64_t> known_;  // hashes of cells about as wide as the steps in them are long
     std::vector<Place> places_;
 };
 

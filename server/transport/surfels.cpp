@@ -21,14 +21,15 @@ constexpr float kCell = 3.0f;                 // side of the grid's cells, radii
 constexpr float kNear = 1.3f, kReach = 2.5f;  // radii within which surfels are looked for, first and then
 constexpr int kCandidates = 6;                // tried for each surfel that is wanted
 constexpr float kDartRadius = 0.74f;          // of the square root of a surfel's share of the area
-// Near a luminaire they lie apart by this share of the distance to it, in a small room by this share of its size, but
-// no closer together than kClosest radii.
+// The spacing of surfels near a luminaire, as a share of the distance to it, and in a small room, as a share of the
+// room's size. It is never below kClosest radii.
 constexpr float kNearShare = 0.14f, kClosest = 0.08f;
-constexpr float kLargeShare = 0.2f;  // in a room that is larger, to which the radius is this share, they do not
-// Surfels that are added at most, of all.
+// A room counts as small if the surfels' radius is more than this share of its size.
+constexpr float kLargeShare = 0.2f;
+// The most surfels that luminaires and small rooms may add, as shares of the wanted number.
 constexpr double kMostNear = 0.05, kMostInRooms = 0.025;
-// Some fifty candidates for each surfel that is wanted near a luminaire, where the surface faces it; six from 64
-// luminaires on. They say how large the surfels are, and the light of a housing is as exact as that.
+// The rays give each surfel near a luminaire some fifty candidates where its surface faces the luminaire, and six once
+// there are 64 luminaires. The candidates measure the surfels' areas, which limit how exact the light of a housing is.
 constexpr NearSources::Bounds kNearLuminaires{16'384, 16}, kInRooms{4096, 128};
 constexpr std::size_t kMostFound = 512;  // surfels that one search lists
 constexpr int kPaths = 60'000, kPathLength = 8;
@@ -118,8 +119,9 @@ struct Placement {
         };
         // Half of all sides are inside walls and things, about.
         const double guess = wanted(0.5 * all_m2);
-        Reached reached(3.0f * static_cast<float>(std::sqrt(0.5 * all_m2 / guess)), static_cast<std::size_t>(guess));
-        SmallRooms small_rooms(kDartRadius / kLargeShare * static_cast<float>(std::sqrt(0.5 * all_m2 / guess)));
+        const auto apart_m = static_cast<float>(std::sqrt(0.5 * all_m2 / guess));
+        Reached reached(3.0f * apart_m, static_cast<std::size_t>(guess));
+        SmallRooms small_rooms(kDartRadius / kLargeShare * apart_m);
         walk(reached, small_rooms);
         small_rooms.look(geometry, areas, pool, stopped);
         if (stopped()) return {};
@@ -146,8 +148,8 @@ struct Placement {
         areas.widen(0.5f * surfels.radius_m);
         std::vector<Candidate> all = drawn(tried, 0x2545f491u);
         if (stopped()) return {};
-        const float reach_m = surfels.radius_m / kLargeShare;
-        crowd(all, small_rooms.found(geometry, reached, reach_m, pool, stopped), tried, count, surfels.radius_m);
+        const float small_m = surfels.radius_m / kLargeShare;
+        crowd(all, small_rooms.found(geometry, reached, small_m, pool, stopped), tried, count, surfels.radius_m);
         if (stopped()) return {};
         throw_darts(all, surfels);
         make_grid(surfels);
@@ -212,9 +214,7 @@ struct Placement {
     void set_step(trace::RayPacket& rays, int i, int step, std::uint32_t path, const trace::SurfaceHit& at) const {
         trace::Sample sample(trace::mix_bits(static_cast<std::uint32_t>(step), 0x68bc21ebu), path);
         const glm::vec2 random = sample.next();
-        if (step > 0)
-            return rays.set(i, at.position + at.geometric * geometry.step_off(at.position),
-                            trace::around(at.geometric, trace::cosine_hemisphere(random)));
+        if (step > 0) return set_diffuse_step(rays, i, geometry, at, random);
         const glm::vec3 from = seeds[path % seeds.size()], d = trace::any_direction(random);
         rays.set(i, from + d * geometry.step_off(from), d);
     }
