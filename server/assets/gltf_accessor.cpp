@@ -66,7 +66,7 @@ Result<std::vector<std::uint32_t>> sparse_targets(const GltfDocument& document, 
     std::vector<std::uint32_t> targets;
     const int type = accessor.sparse.indices.componentType;
     const std::size_t bytes = component_bytes(type);
-    const Bytes view = view_bytes(document, accessor.sparse.indices.bufferView);
+    const ByteView view = view_bytes(document, accessor.sparse.indices.bufferView);
     for (int i = 0; i < accessor.sparse.count; ++i) {
         const std::uint32_t target = load_unsigned(view.data() + accessor.sparse.indices.byteOffset + i * bytes, type);
         if (target >= accessor.count) {
@@ -86,13 +86,13 @@ Result<bool> for_each_element(const GltfDocument& document, int index, Take take
     if (accessor.bufferView >= 0) {
         const auto& view = document.model->bufferViews[accessor.bufferView];
         const std::size_t stride = view.byteStride == 0 ? element : view.byteStride;
-        const Bytes bytes = view_bytes(document, accessor.bufferView);
+        const ByteView bytes = view_bytes(document, accessor.bufferView);
         for (std::size_t i = 0; i < accessor.count; ++i) take(i, bytes.data() + accessor.byteOffset + i * stride);
     }
     if (!accessor.sparse.isSparse) return true;
     const auto targets = sparse_targets(document, index);
     if (!targets) return targets.error();
-    const Bytes values = view_bytes(document, accessor.sparse.values.bufferView);
+    const ByteView values = view_bytes(document, accessor.sparse.values.bufferView);
     for (std::size_t i = 0; i < targets->size(); ++i) {
         take((*targets)[i], values.data() + accessor.sparse.values.byteOffset + i * element);
     }

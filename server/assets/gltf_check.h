@@ -24,7 +24,7 @@ std::optional<Error> check_gltf(const nlohmann::json& document, bool has_binary_
 // Components of an accessor's type, 1 for SCALAR to 16 for MAT4; 0 where there is no such type.
 std::size_t component_count(std::string_view type);
 
-// Bytes of one component, 0 if the glTF component type does not exist.
+// ByteView of one component, 0 if the glTF component type does not exist.
 std::size_t component_bytes(std::uint64_t component_type);
 
 }  // namespace gonio

@@ -34,23 +34,23 @@ Error unreadable(const std::string& path, int reason) {
 
 struct Container {
     std::string_view json;
-    std::optional<Bytes> binary;  // BIN chunk of a .glb, may be empty
+    std::optional<ByteView> binary;  // BIN chunk of a .glb, may be empty
 };
 
-std::uint32_t little_endian(Bytes bytes, std::size_t at) {
+std::uint32_t little_endian(ByteView bytes, std::size_t at) {
     std::uint32_t value = 0;
     for (std::size_t i = 0; i < 4; ++i) value |= std::to_integer<std::uint32_t>(bytes[at + i]) << (8 * i);
     return value;
 }
 
-std::string_view as_text(Bytes bytes) {
+std::string_view as_text(ByteView bytes) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 
 // Where the chunk after the one that ends here starts: there, or where a writer has padded without counting it.
-std::size_t next_chunk(Bytes file, std::size_t end, std::size_t length) {
+std::size_t next_chunk(ByteView file, std::size_t end, std::size_t length) {
     const std::size_t padded = (end + 3) / 4 * 4;
     const auto is_binary = [&](std::size_t at) {
         return at + 8 <= length && little_endian(file, at + 4) == kBinaryChunk &&
@@ -60,7 +60,7 @@ std::size_t next_chunk(Bytes file, std::size_t end, std::size_t length) {
 }
 
 // glTF 2.0, 4.4 "Binary glTF Layout". Anything that does not start with "glTF" is taken for JSON.
-Result<Container> open_container(Bytes file) {
+Result<Container> open_container(ByteView file) {
     if (file.size() < 4 || as_text(file.first(4)) != "glTF") return Container{as_text(file), std::nullopt};
     const auto bad = [](std::size_t at, std::uint64_t value, std::string message) {
         return Error{"bad_gltf", "byte " + std::to_string(at), std::to_string(value), std::move(message)};
@@ -78,7 +78,7 @@ Result<Container> open_container(Bytes file) {
         const std::size_t size = little_endian(file, at);
         const std::uint32_t type = little_endian(file, at + 4);
         if (size > length - at - 8) return bad(at, size, "a chunk reaches beyond the end of the file");
-        const Bytes content = file.subspan(at + 8, size);
+        const ByteView content = file.subspan(at + 8, size);
         if (chunk == 0 && type != kJsonChunk) return bad(at + 4, type, "the first chunk of a binary glTF is JSON");
         if (chunk == 0) container.json = as_text(content);
         if (chunk == 1 && type == kBinaryChunk) container.binary = content;
@@ -144,7 +144,7 @@ Result<std::shared_ptr<const tinygltf::Model>> build_model(Json document) {
 }
 
 Result<std::vector<std::vector<std::byte>>> read_buffers(const Json& document, const fs::path& directory,
-                                                         const std::optional<Bytes>& binary, std::size_t& room) {
+                                                         const std::optional<ByteView>& binary, std::size_t& room) {
     std::vector<std::vector<std::byte>> buffers;
     const Json buffer_list = document.value("buffers", Json::array());
     for (std::size_t i = 0; i < buffer_list.size(); ++i) {
@@ -163,7 +163,7 @@ Result<std::vector<std::vector<std::byte>>> read_buffers(const Json& document, c
             if (!read) return read.error();
             bytes = std::move(*read);
         } else {
-            const Bytes used = binary->first(std::min(length, binary->size()));
+            const ByteView used = binary->first(std::min(length, binary->size()));
             bytes.assign(used.begin(), used.end());
         }
         if (bytes.size() < length) {
@@ -199,7 +199,7 @@ void note_unread(const Json& document, std::vector<std::string>& warnings) {
 }  // namespace
 
 // result: with its directory. The memory of `file` has been taken.
-static Result<GltfDocument> read_gltf_document(Bytes file, GltfDocument result, std::size_t& room);
+static Result<GltfDocument> read_gltf_document(ByteView file, GltfDocument result, std::size_t& room);
 
 Result<GltfDocument> read_gltf_document(const std::string& path, std::size_t& room) {
     std::error_code failed;
@@ -219,12 +219,12 @@ Result<GltfDocument> read_gltf_document(const std::string& path, std::size_t& ro
     return read_gltf_document(file, std::move(result), room);
 }
 
-Result<GltfDocument> read_gltf_document(Bytes file, std::size_t& room) {
+Result<GltfDocument> read_gltf_document(ByteView file, std::size_t& room) {
     if (auto full = take_memory(room, file.size(), kBytesOfByte, "")) return *full;
     return read_gltf_document(file, GltfDocument(), room);
 }
 
-static Result<GltfDocument> read_gltf_document(Bytes file, GltfDocument result, std::size_t& room) {
+static Result<GltfDocument> read_gltf_document(ByteView file, GltfDocument result, std::size_t& room) {
     auto container = open_container(file);
     if (!container) return container.error();
     if (auto error = check_json_size(container->json)) return *error;
@@ -266,9 +266,9 @@ static Result<GltfDocument> read_gltf_document(Bytes file, GltfDocument result, 
     return result;
 }
 
-Bytes view_bytes(const GltfDocument& document, int buffer_view) {
+ByteView view_bytes(const GltfDocument& document, int buffer_view) {
     const tinygltf::BufferView& view = document.model->bufferViews[buffer_view];
-    return Bytes(document.buffers[view.buffer]).subspan(view.byteOffset, view.byteLength);
+    return ByteView(document.buffers[view.buffer]).subspan(view.byteOffset, view.byteLength);
 }
 
 }  // namespace gonio

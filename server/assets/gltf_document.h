@@ -20,7 +20,7 @@ class Model;
 
 namespace gonio {
 
-using Bytes = std::span<const std::byte>;
+using ByteView = std::span<const std::byte>;
 
 struct GltfSkin {
     std::vector<int> joints;         // nodes
@@ -51,10 +51,10 @@ struct GltfDocument {
 // part. Errors as of load_scene.
 Result<GltfDocument> read_gltf_document(const std::string& path, std::size_t& room);
 // The same of a file's bytes; its uris may be data: only.
-Result<GltfDocument> read_gltf_document(Bytes file, std::size_t& room);
+Result<GltfDocument> read_gltf_document(ByteView file, std::size_t& room);
 
 // Result: the bytes of a buffer view whose index has been checked.
-Bytes view_bytes(const GltfDocument& document, int buffer_view);
+ByteView view_bytes(const GltfDocument& document, int buffer_view);
 
 // accessor: an index that has been checked. Result: its elements; components of one, 1 for SCALAR … 16 for MAT4.
 std::size_t accessor_count(const GltfDocument& document, int accessor);

@@ -194,7 +194,7 @@ Result<std::shared_ptr<const Profile>> read_ies_profile(const GltfDocument& docu
     } else if (source.buffer_view >= 0) {
         place += "/bufferView";
         shown = std::to_string(source.buffer_view);
-        const Bytes held = view_bytes(document, source.buffer_view);
+        const ByteView held = view_bytes(document, source.buffer_view);
         bytes.assign(held.begin(), held.end());
     } else {
         return Error{"bad_gltf", where, "", "a light without uri and bufferView"};

@@ -21,7 +21,6 @@
 namespace gonio::trace {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr float kEye_m = 1.6f;          // above the floor
 constexpr float kLeastHeight_m = 1.8f;  // of a room
 constexpr double kFov_rad = 1.05;       // vertical, of a camera in a room
@@ -35,7 +34,7 @@ constexpr float kBesides = 1.3f;      // so many times better another side must 
 static_assert((kPoints + kLamps) * (2 + kPacket + 1) + kAzimuths + 2 * kPacket * kViews + 64 <= kMostFirstViewRays);
 
 glm::vec3 horizontal(unsigned index, unsigned count) {
-    const auto angle = static_cast<float>(2.0 * kPi * index / count);
+    const auto angle = static_cast<float>(2.0 * std::numbers::pi * index / count);
     return {std::sin(angle), 0.0f, -std::cos(angle)};
 }
 
@@ -131,7 +130,7 @@ private:
 };
 
 // A place where somebody could stand.
-struct Place {
+struct Standpoint {
     glm::vec3 eye{0.0f};
     float height_m = 0.0f;  // from floor to ceiling; without a ceiling to the top of the bounds
     float middle = 0.0f;    // the y of half of it
@@ -152,14 +151,14 @@ struct Box {
 std::vector<glm::vec3> sphere_directions() {
     std::vector<glm::vec3> result;
     for (int i = 0; i < kPacket; ++i) {
-        const double y = 1.0 - (2.0 * i + 1.0) / kPacket, angle = kPi * (3.0 - std::sqrt(5.0)) * i;
+        const double y = 1.0 - (2.0 * i + 1.0) / kPacket, angle = std::numbers::pi * (3.0 - std::sqrt(5.0)) * i;
         const double wide = std::sqrt(1.0 - y * y);
         result.emplace_back(wide * std::cos(angle), y, wide * std::sin(angle));
     }
     return result;
 }
 
-void judge(Place& place, const Geometry& geometry, const Lamps& lamps) {
+void judge(Standpoint& place, const Geometry& geometry, const Lamps& lamps) {
     if (place.height_m < kLeastHeight_m) return;
     std::vector<Ray> rays;
     for (const glm::vec3& along : sphere_directions()) rays.push_back({place.eye, along});
@@ -180,7 +179,7 @@ void judge(Place& place, const Geometry& geometry, const Lamps& lamps) {
 }
 
 // The best place to stand in a room; nothing where none is in one.
-std::optional<Place> best_place(const Geometry& geometry, const Lamps& lamps, const Box& box) {
+std::optional<Standpoint> best_standpoint(const Geometry& geometry, const Lamps& lamps, const Box& box) {
     std::vector<glm::vec3> points;
     for (unsigned i = 0; i < kPoints; ++i) {
         Sample sample(0x66697273u, i);
@@ -194,10 +193,10 @@ std::optional<Place> best_place(const Geometry& geometry, const Lamps& lamps, co
         rays.push_back({point, glm::vec3(0.0f, 1.0f, 0.0f)});
     }
     const std::vector<Met> met = cast_all(geometry, rays);
-    std::optional<Place> best;
+    std::optional<Standpoint> best;
     for (std::size_t i = 0; i < points.size(); ++i) {
         if (!met[2 * i].any) continue;
-        Place place;
+        Standpoint place;
         const float floor = met[2 * i].at.y;
         const float ceiling = met[2 * i + 1].any ? met[2 * i + 1].at.y : std::max(box.most.y, floor + 2.0f * kEye_m);
         place.height_m = ceiling - floor;
@@ -230,7 +229,7 @@ Camera camera_of(const Geometry& geometry, const glm::vec3& eye, const glm::vec3
     return {geometry.origin() + glm::dvec3(eye), geometry.origin() + glm::dvec3(target), kFov_rad};
 }
 
-Camera in_room(const Geometry& geometry, const Lamps& lamps, const Place& place, const Box& box) {
+Camera in_room(const Geometry& geometry, const Lamps& lamps, const Standpoint& place, const Box& box) {
     std::vector<Ray> rays;
     for (unsigned i = 0; i < kAzimuths; ++i) rays.push_back({place.eye, horizontal(i, kAzimuths)});
     const std::vector<Met> met = cast_all(geometry, rays);
@@ -269,7 +268,7 @@ Camera from_outside(const Geometry& geometry, const Lamps& lamps) {
     Camera best = usual;
     float most = -1.0f;
     for (unsigned side = 0; side < kSides; ++side) {
-        const double angle = 2.0 * kPi * side / kSides, c = std::cos(angle), s = std::sin(angle);
+        const double angle = 2.0 * std::numbers::pi * side / kSides, c = std::cos(angle), s = std::sin(angle);
         Camera camera = usual;
         camera.eye = usual.target + glm::dvec3(c * away.x + s * away.z, away.y, c * away.z - s * away.x);
         const float value = worth(geometry, lamps, camera);
@@ -291,7 +290,8 @@ FirstView first_view(const Scene& scene) {
     }
     const Box box{geometry->local(bounds.min), geometry->local(bounds.max)};
     const Lamps lamps(scene, *geometry);
-    if (const auto place = best_place(*geometry, lamps, box)) return {in_room(*geometry, lamps, *place, box), true};
+    if (const auto place = best_standpoint(*geometry, lamps, box))
+        return {in_room(*geometry, lamps, *place, box), true};
     return {from_outside(*geometry, lamps)};
 }
 

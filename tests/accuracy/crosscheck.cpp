@@ -13,8 +13,10 @@
 #include "server/render/renderer.h"
 #include "server/scene/apply.h"
 #include "server/scene/orientation.h"
+#include "server/scene/scene.h"
 #include "server/trace/geometry.h"
 #include "server/trace/reference.h"
+#include "tests/accuracy/table.h"
 #include "tests/scenes/write_glb.h"
 
 namespace gonio::accuracy {
@@ -181,12 +183,6 @@ void make_lopsided(ies::PhotometricWeb& web) {
             web.candela[h * web.v_rad.size() + v] *= static_cast<float>(factor);
         }
     }
-}
-
-std::string percent(double ratio) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%+.2f %%", 100 * ratio);
-    return text;
 }
 
 }  // namespace

@@ -20,12 +20,6 @@ std::string number(double value) {
     return text;
 }
 
-std::string percent(double ratio) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%+.2f %%", 100 * ratio);
-    return std::string(text) == "-0.00 %" ? "+0.00 %" : text;
-}
-
 // The largest difference of a case, signed.
 std::string worst(const Case& c, const std::vector<Value>& values) {
     if (values.empty()) return "–";
@@ -48,6 +42,12 @@ std::string cells(const Case& c, std::size_t i, const std::vector<Value>& values
 }
 
 }  // namespace
+
+std::string percent(double ratio) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%+.2f %%", 100 * ratio);
+    return std::string(text) == "-0.00 %" ? "+0.00 %" : text;
+}
 
 std::vector<Row> measure_cases(const gl::Context* context, const std::string& prefix) {
     std::vector<Row> rows;

@@ -26,4 +26,7 @@ std::string json_table(const std::vector<Row>& rows);
 // Throws std::runtime_error, one sentence, where the file or a marker is missing.
 void replace_between_markers(const std::string& path, const std::string& name, const std::string& text);
 
+// Result: with its sign and two decimals, "+0.42 %".
+std::string percent(double ratio);
+
 }  // namespace gonio::accuracy

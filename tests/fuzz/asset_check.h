@@ -17,7 +17,7 @@
 
 namespace gonio::fuzz {
 
-inline void check_draco(Bytes bytes) {
+inline void check_draco(ByteView bytes) {
     const DracoAttribute wanted[] = {{0, 5126, 3}, {1, 5126, 3}, {2, 5126, 2}};
     const DracoBounds bounds{1 << 14, 1 << 14, 1 << 24};
     for (const std::size_t attributes : {std::size_t{0}, std::size_t{3}}) {
@@ -34,7 +34,7 @@ inline void check_draco(Bytes bytes) {
 }
 
 // The first four bytes are mode, filter, stride and count.
-inline void check_meshopt(Bytes bytes) {
+inline void check_meshopt(ByteView bytes) {
     if (bytes.size() < 4) return;
     static const std::string modes[] = {"ATTRIBUTES", "TRIANGLES", "INDICES"};
     static const std::string filters[] = {"NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL"};
@@ -46,7 +46,7 @@ inline void check_meshopt(Bytes bytes) {
     require(decoded->size() == count * stride);
 }
 
-inline void check_image(Bytes bytes) {
+inline void check_image(ByteView bytes) {
     constexpr std::size_t most = 1 << 20;
     const auto image = decode_image(bytes, "/place", most);
     if (!image) return check_refusal(image.error());
@@ -55,7 +55,7 @@ inline void check_image(Bytes bytes) {
 }
 
 // The bytes as a .glb or .gltf file.
-inline void check_scene(Bytes bytes) {
+inline void check_scene(ByteView bytes) {
     const int file = memfd_create("scene", MFD_CLOEXEC);
     require(file >= 0 && write(file, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size()));
     const auto scene = load_scene("/proc/self/fd/" + std::to_string(file), "scene", {}, std::size_t{1} << 27);

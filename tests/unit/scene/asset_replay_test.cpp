@@ -19,7 +19,7 @@ TEST(AssetReplay, TheCorpusAndDamagedCopiesOfIt) {
         const std::string whole((std::istreambuf_iterator<char>(file)), {});
         for (unsigned i = 0; i < 40; ++i) {
             const std::string text = fuzz::damaged(whole, i, random);
-            const Bytes bytes = std::as_bytes(std::span(text));
+            const ByteView bytes = std::as_bytes(std::span(text));
             fuzz::check_draco(bytes);
             fuzz::check_meshopt(bytes);
             fuzz::check_image(bytes);
