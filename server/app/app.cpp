@@ -20,6 +20,7 @@
 #include "server/app/stop_on_signal.h"
 #include "server/base/threads.h"
 #include "server/lighting/isa.h"
+#include "server/scene/scene.h"
 #include "server/session/command_files.h"
 
 namespace gonio {

@@ -12,6 +12,7 @@
 #include "server/bake/output.h"
 #include "server/base/clock.h"
 #include "server/base/print_refusal.h"
+#include "server/scene/scene.h"
 #include "server/sequence/job_json.h"
 #include "server/sequence/timeline.h"
 #include "server/session/scene_access.h"

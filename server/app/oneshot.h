@@ -5,11 +5,12 @@
 
 #include <string>
 
-#include "server/scene/scene.h"
 #include "server/sequence/run.h"
 #include "server/session/scene_access.h"
 
 namespace gonio {
+
+struct Scene;
 
 // access: how the job's commands load scenes. Of a list of frames it applies each frame's commands to the scene and
 // writes its capture, a line on stdout each. Result: the exit code. 0; 1 at the first frame that is refused, with its

@@ -9,6 +9,7 @@
 #include "ies/core/number_text.h"
 #include "protocol/schema/words.h"
 #include "server/assets/assets.h"
+#include "server/scene/limits.h"
 #include "server/sequence/sequence.h"
 
 namespace gonio {

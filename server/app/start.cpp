@@ -24,6 +24,7 @@
 #include "server/lighting/isa.h"
 #include "server/render/renderer.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/session/null_renderer.h"
 #include "server/session/scene_access.h"
 #include "server/show/held_files.h"

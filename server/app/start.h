@@ -2,12 +2,14 @@
 #pragma once
 
 #include "server/app/options.h"
-#include "server/scene/scene.h"
+#include "server/scene/light.h"
 #include "server/scene/undo_record.h"
 #include "server/session/gpu.h"
 #include "server/surfaces/control_surfaces.h"
 
 namespace gonio {
+
+struct Scene;
 
 // Result: the scene. With options.state_file it is the one that was saved there, as far as it can be brought back. What
 // the command line says explicitly wins. restored_rev gets the revision of that file, undo what

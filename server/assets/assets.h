@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "ies/core/result.h"
+#include "server/scene/asset.h"
 #include "server/scene/asset_files.h"
-#include "server/scene/scene.h"
 
 namespace gonio {
 

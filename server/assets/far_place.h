@@ -1,8 +1,8 @@
 // Scenes in survey coordinates, which lie thousands of kilometres from the origin.
 #pragma once
 
+#include "server/scene/asset.h"
 #include "server/scene/farthest.h"
-#include "server/scene/scene.h"
 
 namespace gonio {
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
 
 namespace gonio {
 

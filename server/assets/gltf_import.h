@@ -12,7 +12,7 @@
 
 #include "server/assets/assets.h"
 #include "server/assets/gltf_document.h"
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
 
 namespace tinygltf {
 class Value;

@@ -10,6 +10,7 @@
 #include "server/assets/assets.h"
 #include "server/assets/gltf_import.h"
 #include "server/scene/light_tables.h"
+#include "server/scene/limits.h"
 
 namespace gonio {
 namespace {

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <string>
 
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
 
 namespace gonio {
 

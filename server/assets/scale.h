@@ -1,7 +1,7 @@
 // The size of a scene: a file in other units than metres is mended by a factor, and a size that no room has is said.
 #pragma once
 
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
 
 namespace gonio {
 

@@ -13,6 +13,7 @@
 #include "server/bake/validity.h"
 #include "server/base/clock.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/trace/sampler.h"
 
 namespace gonio::bake {

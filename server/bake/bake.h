@@ -13,7 +13,10 @@
 #include "server/bake/fill.h"
 #include "server/bake/parts.h"
 #include "server/bake/work.h"
-#include "server/scene/scene.h"
+
+namespace gonio {
+struct Scene;
+}  // namespace gonio
 
 namespace gonio::bake {
 

@@ -11,6 +11,7 @@
 #include "server/bake/seams.h"
 #include "server/base/atomic_file.h"
 #include "server/base/clock.h"
+#include "server/scene/scene.h"
 #include "server/trace/sources.h"
 
 namespace gonio::bake {

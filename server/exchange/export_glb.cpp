@@ -11,6 +11,8 @@
 #include "server/assets/assets.h"
 #include "server/assets/glb_writer.h"
 #include "server/exchange/export_light.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 
 namespace gonio::exchange {
 namespace {

@@ -7,7 +7,11 @@
 #include <string>
 
 #include "ies/core/result.h"
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
+
+namespace gonio {
+struct Scene;
+}  // namespace gonio
 
 namespace gonio::exchange {
 

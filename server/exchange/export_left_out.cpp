@@ -8,6 +8,7 @@
 #include "server/exchange/import_report.h"
 #include "server/scene/body.h"
 #include "server/scene/cue.h"
+#include "server/scene/scene.h"
 
 namespace gonio::exchange {
 namespace {

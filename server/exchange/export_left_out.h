@@ -4,7 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "server/scene/scene.h"
+namespace gonio {
+struct Scene;
+}  // namespace gonio
 
 namespace gonio::exchange {
 

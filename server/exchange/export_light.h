@@ -6,7 +6,7 @@
 
 #include "ies/core/result.h"
 #include "ies/photometry.h"
-#include "server/scene/scene.h"
+#include "server/scene/light.h"
 
 namespace gonio::exchange {
 

@@ -18,6 +18,7 @@
 #include "server/exchange/mvr.h"
 #include "server/exchange/xml_write.h"
 #include "server/scene/orientation.h"
+#include "server/scene/scene.h"
 
 namespace gonio::exchange {
 namespace {

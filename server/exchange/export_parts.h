@@ -7,7 +7,12 @@
 #include <vector>
 
 #include "server/exchange/gdtf_write.h"
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
+#include "server/scene/light.h"
+
+namespace gonio {
+struct Scene;
+}  // namespace gonio
 
 namespace gonio::v1 {
 class PatchRow;

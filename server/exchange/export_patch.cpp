@@ -6,6 +6,7 @@
 #include "protocol/schema/property.h"
 #include "server/exchange/export_parts.h"
 #include "server/exchange/mvr.h"
+#include "server/scene/scene.h"
 
 namespace gonio::exchange {
 namespace {

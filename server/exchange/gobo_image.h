@@ -4,7 +4,7 @@
 #include <string>
 
 #include "ies/core/result.h"
-#include "server/scene/scene.h"
+#include "server/scene/profile.h"
 
 namespace gonio::exchange {
 

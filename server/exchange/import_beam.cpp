@@ -11,6 +11,7 @@
 #include "server/exchange/gobo_image.h"
 #include "server/exchange/import_parts.h"
 #include "server/scene/light_tables.h"
+#include "server/scene/limits.h"
 #include "server/scene/packed_gobo.h"
 #include "server/scene/shaped_profile.h"
 

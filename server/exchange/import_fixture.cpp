@@ -11,6 +11,7 @@
 #include "server/exchange/import_parts.h"
 #include "server/exchange/xml_read.h"
 #include "server/scene/light_tables.h"
+#include "server/scene/limits.h"
 #include "server/scene/white.h"
 
 namespace gonio::exchange {

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "server/exchange/import_parts.h"
-#include "server/scene/scene.h"
+#include "server/scene/limits.h"
 
 namespace gonio::exchange {
 namespace {

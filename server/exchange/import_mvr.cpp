@@ -16,6 +16,7 @@
 #include "server/assets/scale.h"
 #include "server/base/bounded_file.h"
 #include "server/exchange/import_parts.h"
+#include "server/scene/limits.h"
 
 namespace gonio::exchange {
 namespace {

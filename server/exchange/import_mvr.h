@@ -8,7 +8,7 @@
 #include "ies/core/result.h"
 #include "server/assets/assets.h"
 #include "server/exchange/mvr.h"
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
 
 namespace gonio::exchange {
 

@@ -3,6 +3,7 @@
 #include "server/assets/gltf_import.h"
 #include "server/exchange/import_parts.h"
 #include "server/scene/light_tables.h"
+#include "server/scene/limits.h"
 
 namespace gonio::exchange {
 namespace {

@@ -10,7 +10,7 @@
 #include "ies/core/text.h"
 #include "server/exchange/axes.h"
 #include "server/exchange/xml_read.h"
-#include "server/scene/scene.h"
+#include "server/scene/limits.h"
 
 namespace gonio::mvr {
 namespace {

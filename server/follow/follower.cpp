@@ -22,6 +22,7 @@
 #include "server/scene/apply.h"
 #include "server/scene/imported.h"
 #include "server/scene/light_tables.h"
+#include "server/scene/scene.h"
 #include "server/trace/geometry.h"
 
 namespace gonio {

@@ -8,7 +8,7 @@
 
 #include "server/base/pool.h"
 #include "server/lighting/layers.h"
-#include "server/scene/scene.h"
+#include "server/scene/view.h"
 
 namespace gonio::lighting {
 

@@ -7,6 +7,8 @@
 #include "server/render/renderer.h"
 #include "server/render/timers.h"
 #include "server/scene/false_color.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 #include "server/scene/shown_scene.h"
 
 namespace gonio {

@@ -6,6 +6,8 @@
 #include "server/render/pipeline.h"
 #include "server/render/renderer.h"
 #include "server/scene/apply.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 

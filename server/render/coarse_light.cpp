@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/trace/sources.h"
 #include "server/transport/crowded.h"
 

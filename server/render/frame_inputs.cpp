@@ -4,6 +4,7 @@
 
 #include "server/scene/apply.h"
 #include "server/scene/false_color.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 

@@ -8,7 +8,7 @@
 #include "server/gl/objects.h"
 #include "server/render/graph.h"
 #include "server/render/programs.h"
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
 #include "shaders/shared/layouts.h"
 
 namespace gonio {

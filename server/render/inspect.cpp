@@ -1,4 +1,5 @@
 #include "server/render/inspect.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

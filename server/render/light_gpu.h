@@ -10,7 +10,7 @@
 #include "server/lighting/airlight.h"
 #include "server/lighting/vpl_rays.h"
 #include "server/render/rsm_texels.h"
-#include "server/scene/scene.h"
+#include "server/scene/light.h"
 #include "server/transport/solve.h"
 
 namespace gonio {

@@ -7,6 +7,8 @@
 #include "server/render/renderer.h"
 #include "server/render/timers.h"
 #include "server/scene/apply.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 #include "server/trace/sources.h"
 
 namespace gonio {

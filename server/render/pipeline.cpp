@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "server/scene/false_color.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

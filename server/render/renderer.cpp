@@ -12,6 +12,8 @@
 #include "server/render/pipeline.h"
 #include "server/render/timers.h"
 #include "server/scene/apply.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 #include "server/scene/shown_scene.h"
 #include "server/scene/web_buffer.h"
 

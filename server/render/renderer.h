@@ -23,11 +23,15 @@
 #include "server/render/programs.h"
 #include "server/render/quality_level.h"
 #include "server/render/target.h"
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
+#include "server/scene/light.h"
+#include "server/scene/limits.h"
+#include "server/scene/view.h"
 #include "server/transport/transport.h"
 
 namespace gonio {
 
+struct Scene;
 struct CoarseLight;
 struct FrameInputs;
 struct Inspected;

@@ -7,6 +7,7 @@
 #include "server/render/pipeline.h"
 #include "server/render/renderer.h"
 #include "server/render/shown_bodies.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

@@ -7,7 +7,6 @@
 
 #include "server/gl/objects.h"
 #include "server/scene/eye.h"
-#include "server/scene/scene.h"
 
 namespace gonio {
 

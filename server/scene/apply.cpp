@@ -26,8 +26,10 @@
 #include "server/scene/imported.h"
 #include "server/scene/light_tables.h"
 #include "server/scene/light_values.h"
+#include "server/scene/limits.h"
 #include "server/scene/packed_gobo.h"
 #include "server/scene/preset.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

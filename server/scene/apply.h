@@ -9,11 +9,21 @@
 
 #include "ies/core/result.h"
 #include "protocol/schema/messages.h"
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
+#include "server/scene/cue.h"
+#include "server/scene/light.h"
+#include "server/scene/view.h"
 
 namespace gonio {
 
+namespace trace {
+class Geometry;
+}  // namespace trace
+namespace lighting {
+struct Drawn;
+}  // namespace lighting
 struct EditTarget;
+struct Scene;
 
 // What a command's files turned into, read off the render thread before the command is applied; of undo and redo, what
 // they set back.

@@ -2,6 +2,8 @@
 
 #include "protocol/schema/scene.pb.h"
 #include "server/scene/apply_checks.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

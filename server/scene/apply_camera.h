@@ -3,7 +3,9 @@
 
 #include <string>
 
-#include "server/scene/scene.h"
+namespace gonio {
+struct Scene;
+}  // namespace gonio
 
 namespace gonio::v1 {
 class SaveView;

@@ -8,6 +8,8 @@
 #include "ies/core/result.h"
 #include "protocol/text/shortened_text.h"
 #include "server/scene/light_values.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 

@@ -5,8 +5,10 @@
 #include "server/scene/apply_checks.h"
 #include "server/scene/cue.h"
 #include "server/scene/imported.h"
+#include "server/scene/limits.h"
 #include "server/scene/orientation.h"
 #include "server/scene/preset.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

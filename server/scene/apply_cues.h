@@ -2,7 +2,7 @@
 #pragma once
 
 #include "server/scene/apply.h"
-#include "server/scene/scene.h"
+#include "server/scene/cue.h"
 
 namespace gonio::v1 {
 class CueEdit;
@@ -10,6 +10,8 @@ class SetCueOptions;
 }  // namespace gonio::v1
 
 namespace gonio {
+
+struct Scene;
 
 // Each throws Refused (apply_checks.h) and has then changed nothing but a copy. loaded.preset: a content that was read
 // from a file.

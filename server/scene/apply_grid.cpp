@@ -7,6 +7,8 @@
 #include "server/scene/apply_checks.h"
 #include "server/scene/calculation_grid.h"
 #include "server/scene/farthest.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 #include "server/scene/target_table.h"
 
 namespace gonio {

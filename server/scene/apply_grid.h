@@ -3,9 +3,11 @@
 
 #include <string>
 
-#include "server/scene/scene.h"
+#include "protocol/schema/messages.h"
 
 namespace gonio {
+
+struct Scene;
 
 // All on the render thread, on apply()'s copy of the scene; they throw Refused (apply_checks.h) and then have changed
 // nothing. Codes: "invalid_argument", "not_found" (a grid, view, target or observer), "too_large", "too_many_grids",

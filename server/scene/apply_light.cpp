@@ -8,8 +8,10 @@
 #include "server/scene/apply_checks.h"
 #include "server/scene/imported.h"
 #include "server/scene/light_values.h"
+#include "server/scene/limits.h"
 #include "server/scene/opening.h"
 #include "server/scene/orientation.h"
+#include "server/scene/scene.h"
 #include "server/scene/shaped_profile.h"
 
 namespace gonio {

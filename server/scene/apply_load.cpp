@@ -9,7 +9,9 @@
 #include "server/scene/apply_show.h"
 #include "server/scene/cue.h"
 #include "server/scene/imported.h"
+#include "server/scene/limits.h"
 #include "server/scene/moved_scene.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

@@ -13,8 +13,10 @@
 #include "server/scene/apply_show.h"
 #include "server/scene/cue.h"
 #include "server/scene/light_tables.h"
+#include "server/scene/limits.h"
 #include "server/scene/merge_match.h"
 #include "server/scene/merge_parts.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

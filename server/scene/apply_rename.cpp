@@ -10,6 +10,7 @@
 #include "protocol/schema/surface.pb.h"
 #include "server/scene/apply_checks.h"
 #include "server/scene/cue.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

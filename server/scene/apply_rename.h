@@ -7,9 +7,11 @@
 #include <vector>
 
 #include "protocol/schema/messages.h"
-#include "server/scene/scene.h"
+#include "server/scene/light.h"
 
 namespace gonio {
+
+struct Scene;
 
 // warnings: gets a sentence for each preset that had to forget another light.
 void rename_light(Scene& scene, const v1::RenameLight& rename, std::vector<std::string>& warnings);

@@ -5,6 +5,7 @@
 
 #include "protocol/schema/show.pb.h"
 #include "server/scene/apply_checks.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 

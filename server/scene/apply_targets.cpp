@@ -9,6 +9,8 @@
 #include "server/scene/apply_rename.h"
 #include "server/scene/apply_view.h"
 #include "server/scene/cue.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

@@ -9,6 +9,7 @@
 #include "server/scene/apply_checks.h"
 #include "server/scene/false_color.h"
 #include "server/scene/light_values.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

@@ -1,7 +1,11 @@
 // The part of apply() that says what the picture shows of the light, and how: view, false colour, exposure and look.
 #pragma once
 
-#include "server/scene/scene.h"
+#include "server/scene/view.h"
+
+namespace gonio {
+struct Scene;
+}  // namespace gonio
 
 namespace gonio::v1 {
 class Look;

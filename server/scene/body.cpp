@@ -5,6 +5,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "server/scene/orientation.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

@@ -9,9 +9,12 @@
 #include <optional>
 #include <vector>
 
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
+#include "server/scene/light.h"
 
 namespace gonio {
+
+struct Scene;
 
 inline constexpr std::size_t kMostBodyParts = 4096;                      // of a scene
 inline constexpr std::size_t kMostBodyTriangles = std::size_t{1} << 20;  // likewise, counted for each part

@@ -14,6 +14,7 @@
 #include "protocol/schema/surface.pb.h"
 #include "protocol/surface/surface_map.h"
 #include "server/scene/light_values.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

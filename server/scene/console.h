@@ -12,9 +12,10 @@
 #include "protocol/schema/messages.h"
 #include "protocol/schema/property.h"
 #include "protocol/surface/surface_reader.h"
-#include "server/scene/scene.h"
 
 namespace gonio {
+
+struct Scene;
 
 // Result: the scene's patch, or the default one for its lights, with a warning for each row that names nothing here.
 v1::Patch patch_in_force(const Scene& scene);

@@ -3,19 +3,34 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "protocol/schema/cue_number.h"
 #include "protocol/timecode/timecode.h"
-#include "server/scene/scene.h"
+#include "server/scene/light.h"
 
 namespace gonio::v1 {
 class Cue;
 }
 
 namespace gonio {
+
+struct Scene;
+
+using CueNumber = std::uint32_t;  // thousandths; 0: no cue
+enum class TimecodeSource : std::uint8_t { off, mtc, artnet };
+struct CueOptions {
+    double guard_s = 0.2;  // a GO so soon after another is refused
+    double back_s = 1.0;
+    double freewheel_s = 1.0;  // how long time goes on when time code ends
+    TimecodeSource timecode = TimecodeSource::off;
+    bool operator==(const CueOptions&) const = default;
+};
 
 inline constexpr double kMaxCueTime_s = 3600.0, kDefaultCue_s = 5.0;
 inline constexpr double kMostGuard_s = 5.0, kLeastFreewheel_s = 0.5, kMostFreewheel_s = 2.0;
@@ -31,6 +46,7 @@ struct Cue {
     std::shared_ptr<const Preset> content;  // never null
     double duration_s() const { return std::max(delay_up_s + up_s, delay_down_s + down_s); }
 };
+using CueList = std::vector<std::shared_ptr<const Cue>>;  // by number, each once
 
 // Result: the cue of this number, or nullptr.
 const Cue* find_cue(const Scene& scene, CueNumber number);

@@ -10,7 +10,9 @@
 #include "server/scene/apply_checks.h"
 #include "server/scene/apply_cues.h"
 #include "server/scene/edit.h"
+#include "server/scene/limits.h"
 #include "server/scene/preset.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

@@ -6,6 +6,7 @@
 
 #include "server/scene/cue.h"
 #include "server/scene/orientation.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

@@ -10,10 +10,15 @@
 #include <variant>
 #include <vector>
 
+#include "protocol/schema/messages.h"
+#include "server/scene/cue.h"
+#include "server/scene/haze.h"
+#include "server/scene/light.h"
 #include "server/scene/light_values.h"
-#include "server/scene/scene.h"
 
 namespace gonio {
+
+struct Scene;
 
 // In the order in which apply() sets them back: groups name lights that must be there.
 enum class EditKind : std::uint8_t {

@@ -1,7 +1,7 @@
 // How a picture is looked at.
 #pragma once
 
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
 
 namespace gonio {
 

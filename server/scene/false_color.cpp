@@ -6,6 +6,7 @@
 
 #include "protocol/schema/palette.h"
 #include "protocol/schema/view.pb.h"
+#include "server/scene/scene.h"
 #include "shaders/lib/as_cpp.h"
 
 namespace gonio {

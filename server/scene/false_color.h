@@ -5,8 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "server/scene/scene.h"
+#include "server/scene/view.h"
 #include "shaders/shared/layouts.h"
+
+namespace gonio {
+struct Scene;
+}  // namespace gonio
 
 namespace gonio::v1 {
 class FalseColor;

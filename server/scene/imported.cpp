@@ -5,6 +5,7 @@
 #include "protocol/schema/console.pb.h"
 #include "server/base/sha256.h"
 #include "server/scene/light_values.h"
+#include "server/scene/limits.h"
 #include "server/scene/scene.h"
 
 namespace gonio {

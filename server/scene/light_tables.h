@@ -6,7 +6,7 @@
 #include <string>
 
 #include "server/scene/direction_table.h"
-#include "server/scene/scene.h"
+#include "server/scene/profile.h"
 #include "server/scene/web_buffer.h"
 
 namespace gonio {

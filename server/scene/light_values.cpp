@@ -1,5 +1,7 @@
 #include "server/scene/light_values.h"
 
+#include "server/scene/scene.h"
+
 namespace gonio {
 
 static constexpr LightRow kRows[] = {
@@ -49,6 +51,10 @@ std::size_t count_of(const LightRow& light_row) {
 void write_numbers(google::protobuf::Message& message, std::string_view field, const LightRow& light_row,
                    const Numbers& numbers) {
     write_numbers(message, field, std::span(numbers).first(count_of(light_row)));
+}
+
+bool is_taken(const Scene& scene, const std::string& name) {
+    return find_light(scene, name) != nullptr || scene.groups.contains(name);
 }
 
 }  // namespace gonio

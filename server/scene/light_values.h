@@ -9,9 +9,11 @@
 #include <span>
 
 #include "protocol/schema/property.h"
-#include "server/scene/scene.h"
+#include "server/scene/light.h"
 
 namespace gonio {
+
+struct Scene;
 
 struct LightRow {
     Property property;                           // of a whole field: color, not red
@@ -43,9 +45,7 @@ auto find_light(AnyScene& scene, const std::string& name) -> decltype(scene.ligh
     return at == scene.lights.end() ? nullptr : &*at;
 }
 // Result: whether a light or a group has this name.
-inline bool is_taken(const Scene& scene, const std::string& name) {
-    return find_light(scene, name) != nullptr || scene.groups.contains(name);
-}
+bool is_taken(const Scene& scene, const std::string& name);
 // Result: the newest revision of a light's place, aim, profile, level, colour or white.
 inline Revision newest_rev(const Light& light) {
     return std::max({light.position_rev, light.aim_rev, light.profile_rev, light.level_rev});

@@ -6,6 +6,8 @@
 #include "protocol/dmx/patch.h"
 #include "protocol/schema/console.pb.h"
 #include "server/scene/apply_checks.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

@@ -6,11 +6,14 @@
 #include <string>
 #include <vector>
 
+#include "server/scene/asset.h"
 #include "server/scene/imported.h"
+#include "server/scene/light.h"
 #include "server/scene/merge_report.h"
-#include "server/scene/scene.h"
 
 namespace gonio {
+
+struct Scene;
 
 inline constexpr double kSamePlace_m = 1e-5;  // files are written in millimetres with decimals
 // Whether two orientations differ by more than 1e-5 rad.

@@ -7,6 +7,7 @@
 #include "protocol/schema/grid.pb.h"
 #include "server/scene/cue.h"
 #include "server/scene/farthest.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

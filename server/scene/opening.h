@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "server/scene/scene.h"
+#include "server/scene/light.h"
 
 namespace gonio {
 

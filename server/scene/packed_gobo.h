@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "ies/core/result.h"
-#include "server/scene/scene.h"
+#include "server/scene/light.h"
 
 namespace gonio {
 

@@ -4,6 +4,7 @@
 
 #include "protocol/schema/command.pb.h"
 #include "server/base/clock.h"
+#include "server/scene/scene.h"
 #include "server/scene/white.h"
 
 namespace gonio {

@@ -7,10 +7,12 @@
 #include <vector>
 
 #include "protocol/schema/messages.h"
+#include "server/scene/light.h"
 #include "server/scene/light_values.h"
-#include "server/scene/scene.h"
 
 namespace gonio {
+
+struct Scene;
 
 inline constexpr double kMaxFade_s = 3600.0;
 

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "server/scene/scene.h"
+#include "server/scene/light.h"
 
 namespace gonio {
 

@@ -7,7 +7,9 @@
 #include "server/scene/apply_light.h"
 #include "server/scene/false_color.h"
 #include "server/scene/light_values.h"
+#include "server/scene/limits.h"
 #include "server/scene/orientation.h"
+#include "server/scene/scene.h"
 #include "server/scene/shaped_profile.h"
 
 namespace gonio {

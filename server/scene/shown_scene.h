@@ -4,9 +4,11 @@
 #include <array>
 #include <optional>
 
-#include "server/scene/scene.h"
+#include "server/scene/view.h"
 
 namespace gonio {
+
+struct Scene;
 
 // Result: a scene to render in place of this one, or nothing where the view shows it as it is. Its lights' colours are
 // what they differ by from the preset, negative where it has more of them, and of one light alone the others are out.

@@ -2,9 +2,11 @@
 #pragma once
 
 #include "protocol/schema/messages.h"
-#include "server/scene/scene.h"
+#include "server/scene/light.h"
 
 namespace gonio {
+
+struct Scene;
 
 // Result: everything.
 v1::State full_state(const Scene& scene);

@@ -1,4 +1,5 @@
 #include "server/scene/strobe.h"
+#include "server/scene/scene.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
 // Strobes: lights that flash by a clock, on for the first half of each period.
 #pragma once
 
-#include "server/scene/scene.h"
-
 namespace gonio {
+
+struct Scene;
 
 // t_s: of any clock, of a sequence its time. Result: whether a strobe of this frequency lets light pass then; without
 // one, 0, always.

@@ -5,7 +5,8 @@
 #include <glm/glm.hpp>
 #include <numbers>
 
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
+#include "server/scene/light.h"
 
 namespace gonio {
 

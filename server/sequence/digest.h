@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
 
 namespace gonio::sequence {
 

@@ -9,6 +9,7 @@
 #include "server/assets/exr.h"
 #include "server/scene/apply.h"
 #include "server/scene/eye.h"
+#include "server/scene/scene.h"
 #include "server/session/capture_file.h"
 #include "server/session/legend.h"
 #include "server/session/traced_capture.h"

@@ -12,6 +12,7 @@
 #include "server/base/bounded_file.h"
 #include "server/base/clock.h"
 #include "server/base/sha256.h"
+#include "server/scene/scene.h"
 #include "server/sequence/digest.h"
 #include "server/sequence/frame_picture.h"
 #include "server/sequence/job_json.h"

@@ -10,8 +10,10 @@
 #include "server/session/scene_access.h"
 
 namespace gonio {
+
+struct Scene;
 class Renderer;
-}
+}  // namespace gonio
 
 namespace gonio::sequence {
 

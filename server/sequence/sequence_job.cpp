@@ -9,6 +9,7 @@
 #include "protocol/schema/words.h"
 #include "protocol/timecode/timecode.h"
 #include "server/render/live_renderer.h"
+#include "server/scene/scene.h"
 
 namespace gonio::sequence {
 namespace {

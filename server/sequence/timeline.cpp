@@ -8,6 +8,7 @@
 #include "server/base/clock.h"
 #include "server/base/sha256.h"
 #include "server/scene/cue.h"
+#include "server/scene/scene.h"
 #include "server/scene/strobe.h"
 #include "server/sequence/job_json.h"
 #include "server/session/command_files.h"

@@ -9,6 +9,7 @@
 #include "protocol/schema/command.pb.h"
 #include "server/scene/apply.h"
 #include "server/scene/cue_player.h"
+#include "server/scene/scene.h"
 #include "server/sequence/sequence.h"
 #include "server/session/scene_access.h"
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 

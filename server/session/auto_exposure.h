@@ -9,10 +9,12 @@
 #include <optional>
 
 #include "server/base/queue.h"
-#include "server/scene/scene.h"
+#include "server/scene/light.h"
 #include "server/session/loader.h"
 
 namespace gonio {
+
+struct Scene;
 
 // Nothing of the light or the camera moved for so long: then it is metered.
 inline constexpr std::int64_t kMeteringRest_ns = 1'000'000'000;

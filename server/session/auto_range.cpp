@@ -6,6 +6,7 @@
 
 #include "server/scene/false_color.h"
 #include "server/scene/light_values.h"
+#include "server/scene/scene.h"
 #include "server/scene/shown_scene.h"
 
 namespace gonio {

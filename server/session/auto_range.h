@@ -9,10 +9,13 @@
 #include <string>
 
 #include "server/base/queue.h"
-#include "server/scene/scene.h"
+#include "server/scene/light.h"
+#include "server/scene/view.h"
 #include "server/session/loader.h"
 
 namespace gonio {
+
+struct Scene;
 
 // Nothing changed for so long: then it is metered.
 inline constexpr std::int64_t kRangeRest_ns = 500'000'000;

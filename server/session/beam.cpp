@@ -7,6 +7,7 @@
 
 #include "protocol/schema/measure.pb.h"
 #include "server/scene/light_values.h"
+#include "server/scene/scene.h"
 #include "server/trace/geometry.h"
 
 namespace gonio {

@@ -3,9 +3,10 @@
 
 #include "ies/core/result.h"
 #include "protocol/schema/messages.h"
-#include "server/scene/scene.h"
 
 namespace gonio {
+
+struct Scene;
 
 inline constexpr int kBeamHalfPlanes = 120;  // rays of an edge at most
 

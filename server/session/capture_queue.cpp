@@ -2,6 +2,7 @@
 
 #include "protocol/schema/gonio.pb.h"
 #include "protocol/schema/measure.pb.h"
+#include "server/scene/scene.h"
 #include "server/session/capture_file.h"
 #include "server/session/legend.h"
 

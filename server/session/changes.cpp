@@ -7,6 +7,7 @@
 #include "protocol/schema/scene.pb.h"
 #include "server/scene/cue.h"
 #include "server/scene/light_values.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

@@ -10,9 +10,11 @@
 
 #include "ies/core/result.h"
 #include "protocol/schema/messages.h"
-#include "server/scene/scene.h"
+#include "server/scene/light.h"
 
 namespace gonio {
+
+struct Scene;
 
 // A property that a command sets, named as `gonio get` names it: "lights.key.aim", "camera", "exposure_ev100"; and the
 // revision of the scene's part that holds it. Aim means orientation, also as pan, tilt and roll.

@@ -16,6 +16,8 @@
 #include "server/lighting/clusters.h"
 #include "server/scene/cue.h"
 #include "server/scene/light_tables.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 #include "server/show/held_files.h"
 #include "server/show/saved_show.h"
 #include "server/show/show_folder.h"

@@ -6,6 +6,7 @@
 #include "protocol/schema/console.pb.h"
 #include "protocol/schema/state.pb.h"
 #include "server/scene/console.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 

@@ -9,6 +9,7 @@
 #include "protocol/schema/show.pb.h"
 #include "protocol/schema/state.pb.h"
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "server/scene/state.h"
 
 namespace gonio {

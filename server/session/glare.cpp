@@ -13,6 +13,7 @@
 #include "protocol/schema/measure.pb.h"
 #include "protocol/schema/report.pb.h"
 #include "server/scene/edit.h"
+#include "server/scene/scene.h"
 #include "server/scene/vector_field.h"
 #include "server/session/meter_reply.h"
 #include "server/trace/sources.h"

@@ -5,10 +5,11 @@
 
 #include "ies/core/result.h"
 #include "protocol/schema/messages.h"
-#include "server/scene/scene.h"
 #include "server/session/query.h"
 
 namespace gonio {
+
+struct Scene;
 
 // Result: every luminaire that is on, with its part in CIE 117's sum or why it has none. It has none behind the eye,
 // below the line of sight, and beside or above what Guth's table covers. Nor has it where a ray to its centre is

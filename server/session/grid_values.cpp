@@ -6,6 +6,7 @@
 #include "protocol/schema/grid.pb.h"
 #include "protocol/schema/report.pb.h"
 #include "server/scene/calculation_grid.h"
+#include "server/scene/scene.h"
 #include "server/scene/vector_field.h"
 #include "server/session/grid_plan.h"
 #include "server/session/meter_reply.h"

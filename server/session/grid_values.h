@@ -3,10 +3,11 @@
 
 #include "ies/core/result.h"
 #include "protocol/schema/messages.h"
-#include "server/scene/scene.h"
 #include "server/session/query.h"
 
 namespace gonio {
+
+struct Scene;
 
 // Result: the points of the grid that the query names; they are answered by GridValues. Errors: "not_found" (grid.name,
 // grid.view), and as of check_meter.

@@ -3,6 +3,7 @@
 #include "protocol/schema/gonio.pb.h"
 #include "protocol/schema/view.pb.h"
 #include "server/scene/false_color.h"
+#include "server/scene/scene.h"
 #include "server/session/legend.h"
 
 namespace gonio {

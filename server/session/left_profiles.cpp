@@ -5,6 +5,7 @@
 
 #include "server/scene/cue.h"
 #include "server/scene/light_tables.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

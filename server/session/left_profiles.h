@@ -4,9 +4,11 @@
 #include <memory>
 #include <vector>
 
-#include "server/scene/scene.h"
+#include "server/scene/profile.h"
 
 namespace gonio {
+
+struct Scene;
 
 // They give up what lighting has made of them (light_tables.h), a megabyte and more each; it is made again where one
 // comes back. `after` came from `before`. others: that may have come for nothing. Takes a look at each light, and one

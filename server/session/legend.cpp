@@ -6,6 +6,7 @@
 #include <string>
 
 #include "server/scene/false_color.h"
+#include "server/scene/scene.h"
 #include "server/session/bitmap_text.h"
 #include "shaders/lib/as_cpp.h"
 

@@ -3,9 +3,11 @@
 #pragma once
 
 #include "server/render/live_renderer.h"
-#include "server/scene/scene.h"
+#include "server/scene/view.h"
 
 namespace gonio {
+
+struct Scene;
 
 inline constexpr int kLeastLegend_px = 160;  // side of a picture that has room for it
 inline constexpr std::size_t kMostFigures = 256;

@@ -14,6 +14,7 @@
 #include "protocol/text/shortened_text.h"
 #include "server/assets/assets.h"
 #include "server/base/bounded_file.h"
+#include "server/scene/limits.h"
 #include "server/session/command_files.h"
 #include "server/session/profile_summary.h"
 

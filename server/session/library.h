@@ -15,7 +15,7 @@
 #include "ies/core/result.h"
 #include "protocol/schema/library.pb.h"
 #include "protocol/schema/messages.h"
-#include "server/scene/scene.h"
+#include "server/scene/profile.h"
 
 namespace gonio {
 

@@ -10,6 +10,8 @@
 #include "protocol/text/shortened_text.h"
 #include "server/scene/apply.h"
 #include "server/scene/apply_checks.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 #include "server/session/capture_file.h"
 #include "server/session/glare.h"
 #include "server/session/grid_values.h"

@@ -11,6 +11,7 @@
 #include "protocol/schema/grid.pb.h"
 #include "server/base/sha256.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/session/grid_plan.h"
 #include "server/session/lux_report.h"
 

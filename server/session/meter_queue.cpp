@@ -3,6 +3,7 @@
 #include "protocol/schema/gonio.pb.h"
 #include "protocol/schema/report.pb.h"
 #include "server/gl/program.h"
+#include "server/scene/scene.h"
 #include "server/session/meter_reply.h"
 #include "server/trace/cylinder.h"
 

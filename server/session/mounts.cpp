@@ -9,6 +9,7 @@
 #include "protocol/schema/command.pb.h"
 #include "protocol/schema/light.pb.h"
 #include "server/scene/light_values.h"
+#include "server/scene/scene.h"
 #include "server/trace/outlet.h"
 
 namespace gonio {

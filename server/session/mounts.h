@@ -6,9 +6,10 @@
 #include "ies/core/result.h"
 #include "protocol/schema/messages.h"
 #include "server/scene/apply.h"
-#include "server/scene/scene.h"
 
 namespace gonio {
+
+struct Scene;
 
 // Puts positions in the place of a recess_light and of every SetLight::mount of a command. What was said of a group
 // becomes an edit_lights of its lights. Other commands stay as they are. loaded: the command's files. Errors: those of

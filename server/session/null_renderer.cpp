@@ -1,4 +1,5 @@
 #include "server/session/null_renderer.h"
+#include "server/scene/scene.h"
 
 #include <algorithm>
 

@@ -4,6 +4,7 @@
 
 #include "ies/core/printed.h"
 #include "server/scene/light_values.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

@@ -9,10 +9,13 @@
 #include <vector>
 
 #include "ies/core/result.h"
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
+#include "server/scene/light.h"
 #include "server/trace/outlet.h"
 
 namespace gonio {
+
+struct Scene;
 
 inline constexpr std::size_t kMostOutletWarnings = 16;  // others are counted
 inline constexpr std::size_t kMostOutletsAsked = 64;    // of a change: a drag of many does not wait for rays

@@ -6,6 +6,7 @@
 #include "protocol/schema/measure.pb.h"
 #include "protocol/schema/report.pb.h"
 #include "server/scene/eye.h"
+#include "server/scene/scene.h"
 #include "server/trace/bodies.h"
 #include "server/trace/sources.h"
 

@@ -4,10 +4,11 @@
 #include "ies/core/result.h"
 #include "protocol/schema/measure.pb.h"
 #include "protocol/schema/messages.h"
-#include "server/scene/scene.h"
 #include "server/trace/reference.h"
 
 namespace gonio {
+
+struct Scene;
 
 struct Picked {
     v1::Pick pick;            // without its light

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "protocol/schema/cue.pb.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

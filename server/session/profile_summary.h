@@ -5,7 +5,7 @@
 #include <string>
 
 #include "protocol/schema/messages.h"
-#include "server/scene/scene.h"
+#include "server/scene/light.h"
 
 namespace gonio {
 

@@ -9,6 +9,7 @@
 #include "server/scene/apply.h"
 #include "server/scene/apply_checks.h"
 #include "server/scene/false_color.h"
+#include "server/scene/scene.h"
 #include "server/session/legend.h"
 
 namespace gonio {

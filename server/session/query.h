@@ -11,10 +11,12 @@
 #include "protocol/schema/messages.h"
 #include "server/render/live_renderer.h"
 #include "server/scene/calculation_grid.h"
-#include "server/scene/scene.h"
+#include "server/scene/view.h"
 #include "server/trace/reference.h"
 
 namespace gonio {
+
+struct Scene;
 
 // interactive: the picture's own maps and virtual point lights; rsm (meters only): the sum over all texels in double
 // precision; reference: path tracing.

@@ -16,6 +16,7 @@
 #include "server/scene/apply_show.h"
 #include "server/scene/console.h"
 #include "server/scene/light_tables.h"
+#include "server/scene/scene.h"
 #include "server/scene/state.h"
 #include "server/scene/target_table.h"
 #include "server/session/command_files.h"

@@ -7,6 +7,8 @@
 #include "protocol/schema/measure.pb.h"
 #include "protocol/schema/report.pb.h"
 #include "protocol/schema/session.pb.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 #include "server/session/beam.h"
 #include "server/session/profile_summary.h"
 #include "server/session/render_session.h"

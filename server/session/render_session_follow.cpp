@@ -3,6 +3,7 @@
 
 #include "protocol/schema/cue.pb.h"
 #include "protocol/schema/state.pb.h"
+#include "server/scene/scene.h"
 #include "server/scene/state.h"
 #include "server/session/render_session.h"
 

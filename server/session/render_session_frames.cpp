@@ -8,6 +8,7 @@
 #include "protocol/schema/report.pb.h"
 #include "protocol/schema/state.pb.h"
 #include "server/render/graph.h"
+#include "server/scene/scene.h"
 #include "server/session/render_session.h"
 
 namespace gonio {

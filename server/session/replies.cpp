@@ -2,6 +2,7 @@
 
 #include "protocol/schema/codec.h"
 #include "protocol/schema/gonio.pb.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 

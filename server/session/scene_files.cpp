@@ -8,6 +8,7 @@
 #include "server/base/clock.h"
 #include "server/exchange/export_left_out.h"
 #include "server/exchange/export_mvr.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

@@ -9,6 +9,7 @@
 #include "protocol/text/shortened_text.h"
 #include "server/scene/asset_files.h"
 #include "server/scene/cue.h"
+#include "server/scene/scene.h"
 #include "server/scene/state.h"
 #include "server/show/held_files.h"
 #include "server/show/saved_show.h"

@@ -9,6 +9,7 @@
 #include "protocol/schema/surface.pb.h"
 #include "protocol/surface/surface_map.h"
 #include "server/scene/console.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

@@ -6,6 +6,7 @@
 #include "server/base/clock.h"
 #include "server/scene/apply.h"
 #include "server/scene/false_color.h"
+#include "server/scene/scene.h"
 #include "server/scene/shown_scene.h"
 #include "server/scene/white_balance.h"
 #include "server/trace/denoise.h"

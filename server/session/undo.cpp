@@ -13,6 +13,7 @@
 #include "protocol/schema/surface.pb.h"
 #include "protocol/text/shortened_text.h"
 #include "server/scene/cue.h"
+#include "server/scene/scene.h"
 #include "server/session/changes.h"
 
 namespace gonio {

@@ -14,6 +14,8 @@
 #include "server/base/sha256.h"
 #include "server/scene/light_tables.h"
 #include "server/scene/light_values.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 #include "server/show/safe_path.h"
 #include "server/show/saved_imported.h"
 #include "server/show/saved_profile.h"

@@ -8,9 +8,14 @@
 #include <vector>
 
 #include "ies/core/result.h"
+#include "server/scene/asset.h"
 #include "server/scene/asset_files.h"
-#include "server/scene/scene.h"
+#include "server/scene/light.h"
 #include "server/show/saved_show.h"
+
+namespace gonio {
+struct Scene;
+}  // namespace gonio
 
 namespace gonio::v1 {
 class Followed;

@@ -9,7 +9,7 @@
 #include "ies/core/result.h"
 #include "protocol/schema/saved.pb.h"
 #include "server/base/descriptor.h"
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
 
 namespace gonio {
 

@@ -7,6 +7,7 @@
 
 #include "protocol/text/shortened_text.h"
 #include "server/scene/imported.h"
+#include "server/scene/limits.h"
 #include "server/scene/scene.h"
 
 namespace gonio {

@@ -2,9 +2,10 @@
 #pragma once
 
 #include "protocol/schema/saved.pb.h"
-#include "server/scene/scene.h"
 
 namespace gonio {
+
+struct Scene;
 
 void put_imported(const Scene& scene, saved::Show& show);
 // The lights are there, with their names. A show of an earlier version says nothing: then what the scene's file says

@@ -7,6 +7,7 @@
 #include "server/assets/assets.h"
 #include "server/base/sha256.h"
 #include "server/scene/apply.h"
+#include "server/scene/limits.h"
 #include "server/scene/packed_gobo.h"
 
 namespace gonio {

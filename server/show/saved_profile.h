@@ -8,7 +8,7 @@
 
 #include "ies/core/result.h"
 #include "protocol/schema/saved.pb.h"
-#include "server/scene/scene.h"
+#include "server/scene/profile.h"
 
 namespace gonio {
 

@@ -25,6 +25,7 @@
 #include "server/scene/light_values.h"
 #include "server/scene/opening.h"
 #include "server/scene/preset.h"
+#include "server/scene/scene.h"
 #include "server/scene/state.h"
 #include "server/show/saved_imported.h"
 #include "server/show/saved_profile.h"

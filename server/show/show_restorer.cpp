@@ -17,6 +17,7 @@
 #include "server/scene/light_tables.h"
 #include "server/scene/light_values.h"
 #include "server/scene/preset.h"
+#include "server/scene/scene.h"
 #include "server/show/saved_profile.h"
 
 namespace gonio {

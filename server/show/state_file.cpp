@@ -18,6 +18,7 @@
 #include "server/base/clock.h"
 #include "server/base/sha256.h"
 #include "server/scene/asset_files.h"
+#include "server/scene/scene.h"
 #include "server/show/held_files.h"
 
 namespace gonio {

@@ -9,6 +9,7 @@
 #include "protocol/schema/undo_file.pb.h"
 #include "server/base/bounded_file.h"
 #include "server/base/sha256.h"
+#include "server/scene/scene.h"
 #include "server/show/undo_values.h"
 
 namespace gonio {

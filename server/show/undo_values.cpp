@@ -19,6 +19,7 @@
 #include "server/scene/light_values.h"
 #include "server/scene/opening.h"
 #include "server/scene/orientation.h"
+#include "server/scene/scene.h"
 #include "server/show/saved_profile.h"
 #include "server/show/show_restorer.h"
 

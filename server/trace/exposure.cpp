@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/trace/reference.h"
 #include "server/trace/sources.h"
 

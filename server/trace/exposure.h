@@ -3,7 +3,11 @@
 
 #include <optional>
 
-#include "server/scene/scene.h"
+#include "server/scene/view.h"
+
+namespace gonio {
+struct Scene;
+}  // namespace gonio
 
 namespace gonio::trace {
 

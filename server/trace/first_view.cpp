@@ -14,6 +14,7 @@
 
 #include "server/scene/apply.h"
 #include "server/scene/eye.h"
+#include "server/scene/scene.h"
 #include "server/trace/geometry.h"
 #include "server/trace/sampler.h"
 #include "server/trace/sources.h"

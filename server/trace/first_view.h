@@ -4,7 +4,11 @@
 
 #include <string>
 
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
+
+namespace gonio {
+struct Scene;
+}  // namespace gonio
 
 namespace gonio::trace {
 

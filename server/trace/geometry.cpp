@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "server/scene/scene.h"
 #include "server/trace/embree_isa.h"
 #include "server/trace/sampler.h"
 #include "server/trace/texture.h"

@@ -9,7 +9,11 @@
 #include <span>
 #include <vector>
 
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
+
+namespace gonio {
+struct Scene;
+}  // namespace gonio
 
 namespace gonio::trace {
 

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "server/scene/haze.h"
+#include "server/scene/limits.h"
 
 namespace gonio::trace {
 namespace {

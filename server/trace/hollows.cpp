@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "server/scene/scene.h"
 #include "server/trace/sampler.h"
 #include "server/trace/sources.h"
 

@@ -5,6 +5,7 @@
 #include <glm/glm.hpp>
 #include <optional>
 
+#include "server/scene/light.h"
 #include "server/trace/geometry.h"
 
 namespace gonio::trace {

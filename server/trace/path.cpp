@@ -1,4 +1,5 @@
 #include "server/trace/path.h"
+#include "server/scene/limits.h"
 
 #include <algorithm>
 #include <cmath>

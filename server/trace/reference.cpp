@@ -8,6 +8,7 @@
 
 #include "server/base/clock.h"
 #include "server/scene/eye.h"
+#include "server/scene/scene.h"
 #include "server/trace/bodies.h"
 #include "server/trace/cylinder.h"
 #include "server/trace/denoise.h"

@@ -12,7 +12,11 @@
 #include <stop_token>
 #include <vector>
 
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
+
+namespace gonio {
+struct Scene;
+}  // namespace gonio
 
 namespace gonio::trace {
 

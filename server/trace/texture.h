@@ -6,7 +6,7 @@
 #include <cmath>
 #include <glm/glm.hpp>
 
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
 
 namespace gonio::trace {
 

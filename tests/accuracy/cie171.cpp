@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "ies/web.h"
+#include "server/scene/scene.h"
 #include "tests/accuracy/closed_forms.h"
 #include "tests/accuracy/pieces.h"
 

@@ -15,6 +15,7 @@
 #include "server/assets/assets.h"
 #include "server/render/renderer.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/trace/reference.h"
 
 namespace gonio::accuracy {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "ies/web.h"
+#include "server/scene/scene.h"
 
 namespace gonio::accuracy {
 namespace {

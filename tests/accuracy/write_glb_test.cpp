@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "tests/scenes/scenes.h"
 
 namespace gonio::test {

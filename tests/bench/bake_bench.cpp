@@ -16,6 +16,7 @@
 #include "server/base/clock.h"
 #include "server/render/renderer.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/trace/reference.h"
 #include "server/trace/sources.h"
 #include "tests/bench/cases.h"

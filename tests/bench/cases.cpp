@@ -10,6 +10,7 @@
 #include "server/scene/apply.h"
 #include "server/scene/opening.h"
 #include "server/scene/orientation.h"
+#include "server/scene/scene.h"
 #include "tests/scenes/bench_scenes.h"
 #include "tests/scenes/scenes.h"
 

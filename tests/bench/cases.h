@@ -6,7 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
+
+namespace gonio {
+struct Scene;
+}  // namespace gonio
 
 namespace gonio::bench {
 

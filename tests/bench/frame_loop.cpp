@@ -1,4 +1,5 @@
 #include "tests/bench/frame_loop.h"
+#include "server/scene/scene.h"
 
 #include <algorithm>
 #include <cmath>

@@ -13,6 +13,7 @@
 #include "server/render/renderer.h"
 #include "server/scene/apply.h"
 #include "server/scene/eye.h"
+#include "server/scene/scene.h"
 #include "server/trace/reference.h"
 #include "tests/bench/cases.h"
 #include "tests/bench/errors.h"

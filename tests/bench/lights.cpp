@@ -13,6 +13,7 @@
 
 #include "server/render/renderer.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "tests/bench/cases.h"
 #include "tests/bench/frame_loop.h"
 #include "tests/scenes/bench_scenes.h"

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/stream/encoder.h"
 #include "server/transport/table.h"
 #include "tests/bench/cases.h"

@@ -14,6 +14,8 @@
 
 #include "server/render/renderer.h"
 #include "server/scene/apply.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 #include "server/scene/web_buffer.h"
 #include "shaders/lib/as_cpp.h"
 #include "tests/bench/cases.h"

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "tests/bench/cases.h"
 #include "tests/bench/pareto.h"
 #include "tests/bench/plot.h"

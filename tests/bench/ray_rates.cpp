@@ -11,6 +11,7 @@
 #include "server/render/passes/passes.h"
 #include "server/scene/apply.h"
 #include "server/scene/light_tables.h"
+#include "server/scene/scene.h"
 #include "server/transport/links.h"
 #include "tests/bench/cases.h"
 

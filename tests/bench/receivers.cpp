@@ -9,6 +9,7 @@
 #include "server/lighting/screen.h"
 #include "server/render/passes/passes.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/scene/web_buffer.h"
 #include "shaders/lib/as_cpp.h"
 

@@ -6,7 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "server/scene/scene.h"
+namespace gonio {
+struct Scene;
+}  // namespace gonio
 
 namespace gonio::bench {
 

@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/trace/reference.h"
 #include "server/trace/sources.h"
 #include "shaders/lib/as_cpp.h"

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/render/renderer.h"
+#include "server/scene/scene.h"
 #include "tests/bench/cases.h"
 #include "tests/bench/errors.h"
 #include "tests/bench/reference.h"

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "server/render/quality_level.h"
+#include "server/scene/scene.h"
 #include "tests/bench/cases.h"
 
 namespace gonio::bench {

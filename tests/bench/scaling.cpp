@@ -11,6 +11,7 @@
 
 #include "server/render/renderer.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/scene/web_buffer.h"
 #include "tests/bench/cases.h"
 #include "tests/bench/errors.h"

@@ -2,6 +2,7 @@
 
 #include "server/scene/apply.h"
 #include "server/scene/opening.h"
+#include "server/scene/scene.h"
 
 namespace gonio::bench {
 

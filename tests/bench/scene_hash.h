@@ -5,7 +5,11 @@
 #include <type_traits>
 #include <vector>
 
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
+
+namespace gonio {
+struct Scene;
+}  // namespace gonio
 
 namespace gonio::bench {
 

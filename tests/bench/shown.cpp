@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "server/scene/scene.h"
 #include "server/trace/reference.h"
 #include "server/trace/sources.h"
 #include "shaders/lib/as_cpp.h"

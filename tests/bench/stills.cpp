@@ -11,6 +11,7 @@
 
 #include "server/base/clock.h"
 #include "server/render/renderer.h"
+#include "server/scene/scene.h"
 #include "tests/bench/cases.h"
 #include "tests/bench/shown.h"
 

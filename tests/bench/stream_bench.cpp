@@ -14,6 +14,7 @@
 #include "server/assets/assets.h"
 #include "server/render/renderer.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/session/budget.h"
 #include "tests/bench/cases.h"
 #include "tests/bench/frame_loop.h"

@@ -15,6 +15,7 @@
 #include "server/assets/assets.h"
 #include "server/exchange/import_mvr.h"
 #include "server/render/renderer.h"
+#include "server/scene/scene.h"
 #include "server/trace/sampler.h"
 #include "server/trace/sources.h"
 #include "tests/bench/scene_hash.h"

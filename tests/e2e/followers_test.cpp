@@ -22,6 +22,7 @@
 #include "protocol/schema/gonio.pb.h"
 #include "protocol/schema/light.pb.h"
 #include "protocol/schema/measure.pb.h"
+#include "server/scene/scene.h"
 #include "tests/e2e/daemon_process.h"
 #include "tests/unit/http_client.h"
 

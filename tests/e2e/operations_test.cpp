@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "tests/e2e/daemon_process.h"
 #include "tests/unit/certificate.h"
 

@@ -12,6 +12,7 @@
 #include "server/scene/apply.h"
 #include "server/scene/body.h"
 #include "server/scene/console.h"
+#include "server/scene/scene.h"
 #include "tests/fuzz/exchange_check.h"
 
 namespace gonio::fuzz {

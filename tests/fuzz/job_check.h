@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "server/sequence/sequence_job.h"
 #include "server/sequence/timeline.h"
 #include "tests/fuzz/require.h"

@@ -12,6 +12,8 @@
 #include "protocol/schema/frame_header.h"
 #include "protocol/schema/gonio.pb.h"
 #include "server/scene/apply.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 #include "server/scene/state.h"
 #include "tests/fuzz/require.h"
 

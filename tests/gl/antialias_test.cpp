@@ -9,6 +9,7 @@
 #include "protocol/schema/command.pb.h"
 #include "protocol/schema/report.pb.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/trace/sources.h"
 #include "tests/gl/test_context.h"
 #include "tests/scenes/scenes.h"

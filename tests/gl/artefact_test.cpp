@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <functional>
 
+#include "server/scene/scene.h"
 #include "server/trace/sources.h"
 #include "tests/gl/look_session.h"
 #include "tests/gl/test_context.h"

@@ -5,6 +5,7 @@
 
 #include "protocol/schema/command.pb.h"
 #include "protocol/schema/measure.pb.h"
+#include "server/scene/scene.h"
 #include "server/session/pick.h"
 #include "server/trace/reference.h"
 #include "tests/gl/body_scene.h"

@@ -9,6 +9,7 @@
 #include "protocol/schema/light.pb.h"
 #include "protocol/schema/report.pb.h"
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "server/scene/strobe.h"
 #include "tests/gl/body_scene.h"
 #include "tests/gl/test_context.h"

@@ -1,6 +1,7 @@
 // Direct light against I(θ) cos / d², from the meter and from the pixels of the illuminance picture.
 #include "protocol/schema/command.pb.h"
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "tests/gl/test_context.h"
 #include "tests/scenes/show.h"
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "tests/gl/test_context.h"
 
 namespace gonio::test {

@@ -3,6 +3,7 @@
 #include <set>
 #include <string>
 
+#include "server/scene/scene.h"
 #include "tests/gl/picture_points.h"
 #include "tests/gl/test_context.h"
 #include "tests/scenes/show.h"

@@ -9,6 +9,7 @@
 #include "protocol/schema/command.pb.h"
 #include "protocol/schema/report.pb.h"
 #include "protocol/schema/view.pb.h"
+#include "server/scene/scene.h"
 #include "server/session/legend.h"
 #include "server/trace/geometry.h"
 #include "tests/gl/test_context.h"

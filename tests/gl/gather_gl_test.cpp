@@ -5,6 +5,7 @@
 #include <string>
 
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "tests/gl/test_context.h"
 #include "tests/scenes/bench_scenes.h"
 

@@ -5,6 +5,7 @@
 
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "tests/gl/test_context.h"
 #include "tests/scenes/show.h"
 

@@ -7,6 +7,7 @@
 #include "ies/web.h"
 #include "protocol/schema/command.pb.h"
 #include "protocol/schema/report.pb.h"
+#include "server/scene/scene.h"
 #include "server/trace/reference.h"
 #include "tests/gl/test_context.h"
 #include "tests/scenes/placed.h"

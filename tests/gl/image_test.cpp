@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "tests/gl/flip.h"
 #include "tests/gl/look_session.h"
 #include "tests/gl/test_context.h"

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "server/trace/path.h"
 #include "server/trace/reference.h"
 #include "server/trace/sources.h"

@@ -9,6 +9,7 @@
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
 #include "server/scene/eye.h"
+#include "server/scene/scene.h"
 #include "server/trace/reference.h"
 #include "server/trace/sources.h"
 #include "shaders/lib/as_cpp.h"

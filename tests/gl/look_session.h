@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/render/renderer.h"
+#include "server/scene/scene.h"
 #include "tests/gl/flip.h"
 
 namespace gonio::test {

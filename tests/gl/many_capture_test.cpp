@@ -6,6 +6,7 @@
 
 #include "server/render/passes/passes.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "tests/gl/test_context.h"
 #include "tests/scenes/bench_scenes.h"
 

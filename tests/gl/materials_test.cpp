@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "server/scene/scene.h"
 #include "server/trace/sources.h"
 #include "tests/gl/test_context.h"
 

@@ -8,6 +8,7 @@
 #include "server/assets/assets.h"
 #include "server/scene/eye.h"
 #include "server/scene/orientation.h"
+#include "server/scene/scene.h"
 #include "server/trace/reference.h"
 #include "tests/gl/test_context.h"
 #include "tests/scenes/bench_scenes.h"

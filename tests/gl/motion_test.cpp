@@ -8,6 +8,7 @@
 
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/trace/reference.h"
 #include "server/trace/sources.h"
 #include "tests/gl/picture_points.h"

@@ -6,6 +6,7 @@
 
 #include "server/scene/eye.h"
 #include "server/scene/opening.h"
+#include "server/scene/scene.h"
 #include "server/trace/reference.h"
 #include "tests/gl/test_context.h"
 #include "tests/scenes/scenes.h"

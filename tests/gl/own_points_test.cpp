@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "server/scene/scene.h"
 #include "server/trace/sources.h"
 #include "tests/gl/picture_points.h"
 #include "tests/gl/test_context.h"

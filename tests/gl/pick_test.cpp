@@ -6,6 +6,7 @@
 
 #include "protocol/schema/measure.pb.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "tests/gl/test_context.h"
 
 namespace gonio::test {

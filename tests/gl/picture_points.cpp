@@ -4,6 +4,7 @@
 
 #include "server/lighting/raster.h"
 #include "server/lighting/screen.h"
+#include "server/scene/scene.h"
 #include "server/trace/sources.h"
 
 namespace gonio::test {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "tests/gl/test_context.h"
 #include "tests/scenes/show.h"
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "server/scene/scene.h"
 #include "shaders/lib/as_cpp.h"
 #include "tests/gl/flip.h"
 #include "tests/gl/test_context.h"

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "server/scene/scene.h"
 #include "server/trace/reference.h"
 #include "tests/gl/test_context.h"
 #include "tests/scenes/show.h"

@@ -4,6 +4,7 @@
 
 #include "protocol/schema/command.pb.h"
 #include "protocol/schema/report.pb.h"
+#include "server/scene/scene.h"
 #include "tests/gl/test_context.h"
 
 namespace gonio::test {

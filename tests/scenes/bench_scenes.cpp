@@ -10,6 +10,7 @@
 #include "server/assets/assets.h"
 #include "server/assets/mesh_builder.h"
 #include "server/scene/orientation.h"
+#include "server/scene/scene.h"
 
 namespace gonio::test {
 namespace {

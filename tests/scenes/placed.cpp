@@ -1,5 +1,6 @@
 #include "tests/scenes/placed.h"
 
+#include "server/scene/scene.h"
 #include "tests/scenes/scenes.h"
 
 namespace gonio::test {

@@ -5,8 +5,12 @@
 #include <string>
 #include <vector>
 
+#include "server/scene/asset.h"
 #include "server/scene/orientation.h"
-#include "server/scene/scene.h"
+
+namespace gonio {
+struct Scene;
+}  // namespace gonio
 
 namespace gonio::test {
 

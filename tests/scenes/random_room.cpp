@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "tests/scenes/dice.h"
 #include "tests/scenes/placed.h"
 #include "tests/scenes/scenes.h"

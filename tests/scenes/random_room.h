@@ -3,7 +3,9 @@
 
 #include <cstdint>
 
-#include "server/scene/scene.h"
+namespace gonio {
+struct Scene;
+}  // namespace gonio
 
 namespace gonio::test {
 

@@ -1,4 +1,5 @@
 #include "tests/scenes/scenes.h"
+#include "server/scene/scene.h"
 
 #include <map>
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "ies/core/result.h"
-#include "server/scene/scene.h"
+#include "server/scene/asset.h"
 
 namespace gonio::test {
 

@@ -12,6 +12,7 @@
 #include "protocol/schema/scene.pb.h"
 #include "protocol/schema/show.pb.h"
 #include "protocol/schema/view.pb.h"
+#include "server/scene/scene.h"
 #include "tests/e2e/daemon_process.h"
 #include "tests/e2e/largest_files.h"
 

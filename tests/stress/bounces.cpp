@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "ies/web.h"
+#include "server/scene/scene.h"
 #include "tests/stress/drive.h"
 
 namespace gonio::stress {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "ies/web.h"
+#include "server/scene/scene.h"
 #include "server/trace/path.h"
 #include "server/trace/sampler.h"
 #include "server/trace/sources.h"

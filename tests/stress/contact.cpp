@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "ies/web.h"
+#include "server/scene/scene.h"
 #include "tests/stress/drive.h"
 
 namespace gonio::stress {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "ies/web.h"
+#include "server/scene/scene.h"
 #include "tests/stress/drive.h"
 
 namespace gonio::stress {

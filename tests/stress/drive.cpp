@@ -4,6 +4,7 @@
 #include <bit>
 #include <map>
 
+#include "server/scene/scene.h"
 #include "tests/scenes/show.h"
 
 namespace gonio::stress {

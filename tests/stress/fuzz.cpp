@@ -5,6 +5,7 @@
 #include "protocol/schema/command.pb.h"
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "tests/scenes/dice.h"
 #include "tests/stress/drive.h"
 

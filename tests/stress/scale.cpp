@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "ies/web.h"
+#include "server/scene/scene.h"
 #include "tests/scenes/show.h"
 #include "tests/stress/drive.h"
 

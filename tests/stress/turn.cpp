@@ -9,6 +9,7 @@
 #include "ies/synthetic.h"
 #include "ies/web.h"
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "shaders/lib/as_cpp.h"
 #include "tests/stress/drive.h"
 

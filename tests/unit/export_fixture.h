@@ -14,6 +14,7 @@
 #include "server/scene/apply.h"
 #include "server/scene/gel.h"
 #include "server/scene/orientation.h"
+#include "server/scene/scene.h"
 #include "server/trace/reference.h"
 #include "tests/scenes/scenes.h"
 #include "tests/unit/angles.h"

@@ -2,6 +2,7 @@
 #include "server/lighting/antialias.h"
 
 #include "server/render/passes/passes.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

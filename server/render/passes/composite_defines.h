@@ -2,7 +2,7 @@
 #pragma once
 
 #include "server/gl/program.h"
-#include "server/scene/scene.h"
+#include "server/scene/view.h"
 
 namespace gonio {
 

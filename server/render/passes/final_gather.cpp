@@ -5,6 +5,7 @@
 
 #include "server/lighting/surfel_light.h"
 #include "server/render/passes/passes.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

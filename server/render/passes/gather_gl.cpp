@@ -5,6 +5,7 @@
 
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
+#include "server/scene/scene.h"
 #include "shaders/shared/layouts.h"
 
 namespace gonio {

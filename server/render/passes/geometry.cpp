@@ -1,6 +1,7 @@
 // Passes that rasterise meshes: G-buffer, shadow cube, reflective shadow map.
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
+#include "server/scene/scene.h"
 #include "shaders/lib/as_cpp.h"
 
 namespace gonio {

@@ -9,6 +9,7 @@
 #include "server/lighting/haze_light.h"
 #include "server/lighting/kernels.h"
 #include "server/render/passes/passes.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

@@ -9,6 +9,7 @@
 #include "server/lighting/surfel_light.h"
 #include "server/lighting/vpl_rays.h"
 #include "server/render/passes/passes.h"
+#include "server/scene/scene.h"
 #include "server/trace/path.h"
 
 namespace gonio {

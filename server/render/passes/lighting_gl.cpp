@@ -6,6 +6,7 @@
 
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

@@ -8,6 +8,7 @@
 #include "server/scene/apply.h"
 #include "server/scene/opening.h"
 #include "server/scene/opening_points.h"
+#include "server/scene/scene.h"
 #include "server/trace/luminous.h"
 
 namespace gonio {

@@ -18,11 +18,14 @@
 #include "server/render/shown_bodies.h"
 #include "server/render/target.h"
 #include "server/scene/haze.h"
-#include "server/scene/scene.h"
+#include "server/scene/light.h"
+#include "server/scene/view.h"
 #include "server/trace/reference.h"
 #include "server/transport/transport.h"
 
 namespace gonio {
+
+struct Scene;
 
 // What most passes need. References outlive the pass run only.
 struct PassContext {

@@ -7,6 +7,8 @@
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
 #include "server/scene/false_color.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 #include "server/scene/white_balance.h"
 #include "shaders/shared/composite.h"
 

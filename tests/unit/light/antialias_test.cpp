@@ -9,6 +9,7 @@
 #include <set>
 
 #include "server/scene/eye.h"
+#include "server/scene/scene.h"
 #include "tests/scenes/scenes.h"
 
 namespace gonio::lighting {

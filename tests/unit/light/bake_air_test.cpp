@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "server/bake/air.h"
+#include "server/scene/scene.h"
 #include "tests/unit/light/bake_fixture.h"
 
 namespace gonio::test {

@@ -8,6 +8,7 @@
 #include "server/assets/mesh_builder.h"
 #include "server/bake/packer.h"
 #include "server/bake/seams.h"
+#include "server/scene/scene.h"
 #include "tests/unit/light/bake_fixture.h"
 
 namespace gonio::test {

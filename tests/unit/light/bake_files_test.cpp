@@ -13,6 +13,7 @@
 #include "server/bake/key.h"
 #include "server/bake/ktx.h"
 #include "server/bake/output.h"
+#include "server/scene/scene.h"
 #include "server/trace/sources.h"
 #include "tests/unit/light/bake_fixture.h"
 

@@ -8,6 +8,7 @@
 
 #include "server/bake/bake.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/trace/geometry.h"
 #include "tests/scenes/scenes.h"
 

@@ -5,6 +5,7 @@
 
 #include "server/bake/seams.h"
 #include "server/bake/validity.h"
+#include "server/scene/scene.h"
 #include "tests/unit/light/bake_fixture.h"
 
 namespace gonio::test {

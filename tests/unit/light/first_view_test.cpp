@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "server/trace/exposure.h"
 #include "server/trace/geometry.h"
 #include "tests/scenes/scenes.h"

@@ -7,6 +7,7 @@
 #include "server/lighting/raster.h"
 #include "server/lighting/screen.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/trace/reference.h"
 #include "server/trace/sources.h"
 #include "shaders/lib/as_cpp.h"

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "server/scene/scene.h"
 #include "server/trace/reference.h"
 #include "tests/scenes/scenes.h"
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "server/scene/scene.h"
 #include "server/transport/transport.h"
 #include "tests/scenes/placed.h"
 #include "tests/scenes/scenes.h"

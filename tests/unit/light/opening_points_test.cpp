@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "server/scene/opening.h"
+#include "server/scene/scene.h"
 #include "server/trace/luminous.h"
 #include "tests/scenes/scenes.h"
 

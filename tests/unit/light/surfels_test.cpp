@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "server/trace/sampler.h"
 #include "tests/unit/light/made_transport.h"
 

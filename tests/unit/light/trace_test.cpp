@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "server/trace/embree_isa.h"
 #include "server/trace/geometry.h"
 #include "tests/scenes/scenes.h"

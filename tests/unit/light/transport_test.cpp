@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "server/trace/sampler.h"
 #include "server/transport/fixed_point.h"
 #include "tests/unit/light/made_transport.h"

@@ -12,7 +12,9 @@
 #include "protocol/schema/light.pb.h"
 #include "protocol/schema/state.pb.h"
 #include "protocol/schema/surface.pb.h"
+#include "server/scene/limits.h"
 #include "server/scene/orientation.h"
+#include "server/scene/scene.h"
 #include "server/scene/state.h"
 
 namespace gonio {

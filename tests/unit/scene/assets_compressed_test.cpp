@@ -8,6 +8,7 @@
 #include "server/assets/draco_mesh.h"
 #include "server/assets/gltf_expand.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/trace/reference.h"
 #include "tests/fuzz/damaged.h"
 #include "tests/scenes/encode_mesh.h"

@@ -10,6 +10,8 @@
 
 #include "server/assets/gltf_features.h"
 #include "server/scene/apply.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 #include "server/trace/reference.h"
 #include "tests/unit/assets_gltf_fixture.h"
 

@@ -8,6 +8,7 @@
 #include "ies/synthetic.h"
 #include "server/assets/assets.h"
 #include "server/assets/decomposed_text.h"
+#include "server/scene/scene.h"
 #include "tests/shared_data.h"
 #include "tests/unit/assets_gltf_fixture.h"
 

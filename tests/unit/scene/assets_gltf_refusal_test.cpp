@@ -8,6 +8,7 @@
 
 #include "ies/synthetic.h"
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "tests/unit/assets_gltf_fixture.h"
 
 namespace gonio {

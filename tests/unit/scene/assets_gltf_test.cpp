@@ -12,6 +12,8 @@
 #include "protocol/schema/command.pb.h"
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 #include "tests/shared_data.h"
 #include "tests/unit/angles.h"
 #include "tests/unit/assets_gltf_fixture.h"

@@ -7,6 +7,7 @@
 #include "server/exchange/export_glb.h"
 #include "server/scene/apply.h"
 #include "server/scene/opening.h"
+#include "server/scene/scene.h"
 #include "server/trace/reference.h"
 #include "tests/unit/angles.h"
 #include "tests/unit/assets_gltf_fixture.h"

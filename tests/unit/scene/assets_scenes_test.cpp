@@ -14,6 +14,7 @@
 
 #include "ies/synthetic.h"
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

@@ -2,6 +2,7 @@
 #include "server/assets/assets.h"
 #include "server/assets/gltf_features.h"
 #include "server/scene/light_tables.h"
+#include "server/scene/scene.h"
 #include "tests/unit/assets_gltf_fixture.h"
 
 namespace gonio {

@@ -19,6 +19,7 @@
 #include "server/exchange/import_parts.h"
 #include "server/scene/apply.h"
 #include "server/scene/orientation.h"
+#include "server/scene/scene.h"
 #include "server/trace/bodies.h"
 #include "server/trace/reference.h"
 #include "tests/scenes/write_glb.h"

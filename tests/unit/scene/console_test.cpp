@@ -9,6 +9,7 @@
 #include "server/scene/apply.h"
 #include "server/scene/console.h"
 #include "server/scene/light_values.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

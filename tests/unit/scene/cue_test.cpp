@@ -9,6 +9,7 @@
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
 #include "server/scene/cue_player.h"
+#include "server/scene/scene.h"
 #include "server/scene/state.h"
 #include "tests/unit/second.h"
 

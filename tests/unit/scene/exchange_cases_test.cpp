@@ -9,6 +9,7 @@
 #include "protocol/schema/console.pb.h"
 #include "server/scene/apply.h"
 #include "server/scene/console.h"
+#include "server/scene/scene.h"
 #include "tests/unit/scene/mvr_shows.h"
 
 namespace gonio {

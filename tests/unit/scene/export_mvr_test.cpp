@@ -14,6 +14,7 @@
 #include "server/exchange/export_left_out.h"
 #include "server/exchange/export_parts.h"
 #include "server/exchange/import_mvr.h"
+#include "server/scene/scene.h"
 #include "tests/shared_data.h"
 #include "tests/unit/export_fixture.h"
 #include "tests/unit/scene/exchange_test_support.h"

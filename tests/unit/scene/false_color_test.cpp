@@ -12,6 +12,7 @@
 #include "protocol/schema/view.pb.h"
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/scene/shown_scene.h"
 #include "server/scene/state.h"
 

@@ -6,6 +6,7 @@
 #include "protocol/schema/light.pb.h"
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/scene/white.h"
 #include "tests/unit/scene/chromaticity.h"
 

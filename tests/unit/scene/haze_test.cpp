@@ -11,6 +11,7 @@
 #include "protocol/schema/state.pb.h"
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/scene/state.h"
 
 namespace gonio {

@@ -13,6 +13,7 @@
 #include "protocol/schema/console.pb.h"
 #include "server/scene/apply.h"
 #include "server/scene/console.h"
+#include "server/scene/scene.h"
 
 namespace gonio::test {
 

@@ -10,6 +10,7 @@
 #include "server/scene/apply.h"
 #include "server/scene/console.h"
 #include "server/scene/orientation.h"
+#include "server/scene/scene.h"
 #include "server/scene/white.h"
 #include "tests/unit/scene/chromaticity.h"
 #include "tests/unit/scene/heard.h"

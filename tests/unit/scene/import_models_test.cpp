@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "server/scene/body.h"
+#include "server/scene/scene.h"
 #include "tests/unit/scene/mvr_shows.h"
 
 namespace gonio {

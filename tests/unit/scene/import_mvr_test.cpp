@@ -20,6 +20,7 @@
 #include "server/scene/apply.h"
 #include "server/scene/console.h"
 #include "server/scene/orientation.h"
+#include "server/scene/scene.h"
 #include "tests/shared_data.h"
 #include "tests/unit/scene/mvr_shows.h"
 

@@ -7,6 +7,7 @@
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
 #include "server/scene/apply_view.h"
+#include "server/scene/scene.h"
 #include "server/scene/white_balance.h"
 #include "shaders/lib/as_cpp.h"
 

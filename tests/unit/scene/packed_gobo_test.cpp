@@ -8,6 +8,7 @@
 #include "server/exchange/gobo_image.h"
 #include "server/exchange/import_parts.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "tests/unit/scene/mvr_shows.h"
 
 namespace gonio {

@@ -8,6 +8,8 @@
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
 #include "server/scene/light_values.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 #include "server/scene/state.h"
 #include "tests/unit/second.h"
 

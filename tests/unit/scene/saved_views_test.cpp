@@ -6,6 +6,7 @@
 #include "protocol/schema/command.pb.h"
 #include "protocol/schema/state.pb.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/scene/state.h"
 
 namespace gonio {

@@ -15,6 +15,7 @@
 #include "server/scene/apply.h"
 #include "server/scene/light_tables.h"
 #include "server/scene/preset.h"
+#include "server/scene/scene.h"
 #include "server/scene/state.h"
 #include "server/scene/strobe.h"
 #include "tests/unit/angles.h"

@@ -10,6 +10,7 @@
 #include "protocol/schema/light.pb.h"
 #include "protocol/schema/state.pb.h"
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "server/scene/state.h"
 #include "server/trace/reference.h"
 #include "tests/scenes/scenes.h"

@@ -9,6 +9,7 @@
 
 #include "protocol/dmx/artnet.h"
 #include "protocol/surface/midi.h"
+#include "server/scene/scene.h"
 #include "server/scene/timecode_chase.h"
 #include "tests/shared_data.h"
 #include "tests/unit/second.h"

@@ -7,6 +7,7 @@
 
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 #include "server/trace/reference.h"
 #include "tests/scenes/scenes.h"
 #include "tests/shared_data.h"

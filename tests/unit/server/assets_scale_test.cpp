@@ -1,5 +1,6 @@
 // The size of a scene: what --scale moves, and which sizes are said.
 #include "protocol/schema/command.pb.h"
+#include "server/scene/scene.h"
 #include "server/session/command_files.h"
 #include "tests/unit/assets_gltf_fixture.h"
 

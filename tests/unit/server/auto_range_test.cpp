@@ -8,6 +8,7 @@
 
 #include "protocol/schema/command.pb.h"
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "tests/unit/server/changing_scene.h"
 
 namespace gonio {

@@ -7,6 +7,7 @@
 
 #include "protocol/schema/measure.pb.h"
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "server/trace/geometry.h"
 #include "tests/scenes/scenes.h"
 

@@ -7,6 +7,7 @@
 
 #include "protocol/schema/command.pb.h"
 #include "server/scene/apply.h"
+#include "server/scene/scene.h"
 
 namespace gonio::test {
 

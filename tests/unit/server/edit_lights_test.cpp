@@ -1,6 +1,8 @@
 // Many lights at once, lights that are like another, and the work light: apply(), undo, revisions and the saved show.
 #include "protocol/schema/command.pb.h"
 #include "protocol/schema/light.pb.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 #include "tests/unit/server/undo_fixture.h"
 
 namespace gonio::undo_test {

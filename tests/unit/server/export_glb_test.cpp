@@ -9,6 +9,7 @@
 
 #include "protocol/schema/gonio.pb.h"
 #include "protocol/schema/state.pb.h"
+#include "server/scene/scene.h"
 #include "server/session/null_renderer.h"
 #include "server/session/render_session.h"
 #include "tests/unit/export_fixture.h"

@@ -9,6 +9,7 @@
 
 #include "protocol/schema/command.pb.h"
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "server/session/auto_exposure.h"
 #include "tests/scenes/bench_scenes.h"
 #include "tests/scenes/scenes.h"

@@ -3,6 +3,7 @@
 
 #include "server/base/sha256.h"
 #include "server/follow/follower.h"
+#include "server/scene/scene.h"
 #include "server/show/followed_show.h"
 #include "tests/unit/server/undo_fixture.h"
 

@@ -9,6 +9,7 @@
 #include "protocol/schema/light.pb.h"
 #include "protocol/schema/state.pb.h"
 #include "protocol/schema/view.pb.h"
+#include "server/scene/scene.h"
 #include "tests/unit/server/follow_fixture.h"
 
 namespace gonio {

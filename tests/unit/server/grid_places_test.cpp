@@ -8,6 +8,7 @@
 #include "protocol/schema/gonio.pb.h"
 #include "protocol/schema/grid.pb.h"
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "server/session/grid_plan.h"
 #include "server/session/grid_values.h"
 #include "server/session/traced_meters.h"

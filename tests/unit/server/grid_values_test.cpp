@@ -11,6 +11,7 @@
 #include "protocol/schema/grid.pb.h"
 #include "protocol/schema/measure.pb.h"
 #include "protocol/schema/report.pb.h"
+#include "server/scene/scene.h"
 #include "server/session/glare.h"
 #include "server/session/grid_plan.h"
 #include "server/session/lux_report.h"

@@ -6,6 +6,7 @@
 #include "protocol/schema/grid.pb.h"
 #include "protocol/schema/state.pb.h"
 #include "server/scene/calculation_grid.h"
+#include "server/scene/scene.h"
 #include "server/scene/target_table.h"
 #include "tests/unit/server/undo_fixture.h"
 

@@ -5,6 +5,7 @@
 #include "protocol/schema/command.pb.h"
 #include "protocol/schema/light.pb.h"
 #include "protocol/schema/state.pb.h"
+#include "server/scene/scene.h"
 #include "server/sequence/timeline.h"
 #include "server/session/outlets.h"
 #include "server/trace/geometry.h"

@@ -10,6 +10,7 @@
 #include "server/scene/light_values.h"
 #include "server/scene/orientation.h"
 #include "server/scene/packed_gobo.h"
+#include "server/scene/scene.h"
 #include "server/show/followed_show.h"
 #include "tests/unit/server/undo_fixture.h"
 

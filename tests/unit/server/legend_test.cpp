@@ -7,6 +7,7 @@
 
 #include "protocol/schema/palette.h"
 #include "server/scene/false_color.h"
+#include "server/scene/scene.h"
 #include "server/session/bitmap_text.h"
 
 namespace gonio {

@@ -11,6 +11,7 @@
 #include "server/scene/cue.h"
 #include "server/scene/imported.h"
 #include "server/scene/merge_report.h"
+#include "server/scene/scene.h"
 #include "tests/shared_data.h"
 #include "tests/unit/scene/exchange_test_support.h"
 #include "tests/unit/scene/mvr_shows.h"

@@ -9,6 +9,7 @@
 
 #include "protocol/schema/gonio.pb.h"
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "server/session/null_renderer.h"
 
 namespace gonio {

@@ -1,5 +1,6 @@
 // The renderer without GL: what tests of everything around it rely on.
 #include "server/session/null_renderer.h"
+#include "server/scene/scene.h"
 
 #include <gtest/gtest.h>
 

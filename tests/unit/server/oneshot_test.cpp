@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "server/assets/exr.h"
+#include "server/scene/scene.h"
 #include "tests/scenes/scenes.h"
 
 namespace gonio {

@@ -10,6 +10,7 @@
 #include "protocol/schema/command.pb.h"
 #include "protocol/schema/light.pb.h"
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "server/session/mounts.h"
 #include "server/trace/outlet.h"
 #include "server/trace/reference.h"

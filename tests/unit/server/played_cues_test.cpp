@@ -2,6 +2,7 @@
 #include "server/session/played_cues.h"
 
 #include "protocol/schema/command.pb.h"
+#include "server/scene/scene.h"
 #include "tests/unit/server/undo_fixture.h"
 
 namespace gonio {

@@ -8,6 +8,7 @@
 #include "protocol/schema/gonio.pb.h"
 #include "protocol/schema/measure.pb.h"
 #include "protocol/schema/report.pb.h"
+#include "server/scene/scene.h"
 #include "server/session/meter_reply.h"
 #include "tests/scenes/scenes.h"
 

@@ -10,6 +10,7 @@
 #include "protocol/schema/measure.pb.h"
 #include "protocol/schema/report.pb.h"
 #include "protocol/schema/session.pb.h"
+#include "server/scene/scene.h"
 #include "server/session/traced_capture.h"
 #include "tests/scenes/scenes.h"
 

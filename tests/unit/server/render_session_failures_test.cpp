@@ -17,6 +17,7 @@
 #include "protocol/schema/state.pb.h"
 #include "server/assets/assets.h"
 #include "server/gl/program.h"
+#include "server/scene/scene.h"
 #include "server/session/null_renderer.h"
 #include "server/session/render_session.h"
 

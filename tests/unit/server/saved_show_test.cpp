@@ -20,6 +20,7 @@
 #include "server/scene/cue.h"
 #include "server/scene/light_values.h"
 #include "server/scene/orientation.h"
+#include "server/scene/scene.h"
 #include "server/scene/state.h"
 
 namespace gonio {

@@ -9,6 +9,7 @@
 
 #include "server/assets/exr.h"
 #include "server/scene/eye.h"
+#include "server/scene/scene.h"
 #include "server/sequence/frame_picture.h"
 #include "server/sequence/sequence_job.h"
 #include "tests/scenes/scenes.h"

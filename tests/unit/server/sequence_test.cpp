@@ -12,6 +12,7 @@
 #include "server/assets/assets.h"
 #include "server/base/sha256.h"
 #include "server/scene/body.h"
+#include "server/scene/scene.h"
 #include "server/sequence/digest.h"
 #include "server/sequence/manifest.h"
 #include "server/sequence/sequence_job.h"

@@ -11,6 +11,7 @@
 #include "server/base/atomic_file.h"
 #include "server/scene/apply.h"
 #include "server/scene/imported.h"
+#include "server/scene/scene.h"
 #include "server/show/saved_show.h"
 #include "server/show/state_file.h"
 #include "tests/unit/assets_gltf_fixture.h"

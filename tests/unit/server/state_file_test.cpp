@@ -17,6 +17,8 @@
 #include "server/assets/assets.h"
 #include "server/base/atomic_file.h"
 #include "server/scene/apply.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 
 namespace gonio {
 namespace {

@@ -8,6 +8,7 @@
 #include "protocol/schema/state.pb.h"
 #include "protocol/schema/surface.pb.h"
 #include "server/assets/assets.h"
+#include "server/scene/scene.h"
 #include "server/session/null_renderer.h"
 #include "server/session/render_session.h"
 #include "server/session/surface_input.h"

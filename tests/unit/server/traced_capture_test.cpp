@@ -8,6 +8,7 @@
 #include "protocol/schema/measure.pb.h"
 #include "server/assets/assets.h"
 #include "server/scene/eye.h"
+#include "server/scene/scene.h"
 #include "tests/scenes/scenes.h"
 
 namespace gonio::test {

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "protocol/schema/undo_file.pb.h"
+#include "server/scene/scene.h"
 #include "tests/unit/server/undo_fixture.h"
 
 namespace gonio {

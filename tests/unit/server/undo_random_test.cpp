@@ -3,6 +3,7 @@
 #include <random>
 
 #include "protocol/schema/command.pb.h"
+#include "server/scene/scene.h"
 #include "tests/unit/server/undo_fixture.h"
 
 namespace gonio {

@@ -4,6 +4,8 @@
 
 #include "protocol/schema/command.pb.h"
 #include "protocol/schema/light.pb.h"
+#include "server/scene/limits.h"
+#include "server/scene/scene.h"
 #include "tests/unit/server/undo_fixture.h"
 
 namespace gonio {
