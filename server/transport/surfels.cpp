@@ -20,7 +20,6 @@ namespace {
 constexpr float kCell = 3.0f;                 // side of the grid's cells, radii
 constexpr float kNear = 1.3f, kReach = 2.5f;  // radii within which surfels are looked for, first and then
 constexpr int kCandidates = 6;                // tried for each surfel that is wanted
-constexpr float kDartRadius = 0.74f;          // of the square root of a surfel's share of the area
 // The spacing of surfels near a luminaire, as a share of the distance to it, and in a small room, as a share of the
 // room's size. It is never below kClosest radii.
 constexpr float kNearShare = 0.14f, kClosest = 0.08f;

@@ -19,6 +19,7 @@ namespace gonio::transport {
 inline constexpr std::size_t kMostSurfels = 65'535;  // ids have 16 bits
 inline constexpr std::size_t kNeighbours = 16;
 inline constexpr std::size_t kSurfelsAJob = 1024;  // of loops that take little for each
+inline constexpr float kDartRadius = 0.74f;        // spacing, of the square root of a surfel's share of the area
 inline constexpr std::size_t kPadding = 16;        // arrays that kernels read end on whole vectors
 
 struct Surfels {  // NOLINT(bugprone-reserved-identifier): in the copy that the compiler writes
@@ -46,6 +47,8 @@ struct Surfels {  // NOLINT(bugprone-reserved-identifier): in the copy that the 
     glm::vec3 normal(std::size_t i) const { return {points[3][i], points[4][i], points[5][i]}; }
     glm::vec3 detailed_normal(std::size_t i) const { return {facing[0][i], facing[1][i], facing[2][i]}; }
     bool crowded(std::size_t i) const { return spacing_m[i] < radius_m; }
+    // Result: area_m2 of a surfel that has neighbours at its spacing on all sides, on the mean.
+    float full_m2(std::size_t i) const { return spacing_m[i] * spacing_m[i] / (kDartRadius * kDartRadius); }
     trace::SurfacePoint at(std::size_t i) const { return {position(i), normal(i), geometric[i]}; }
 
     // Result: the ids of those within so many radii whose normals agree within 60 degrees, else within 90, the nearest

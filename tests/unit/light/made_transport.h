@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "server/scene/scene.h"
@@ -17,20 +18,13 @@ inline const SurfelSettings kFew{.least = 1000, .most = 4000};
 
 // A scene's transport with all links but the reversed ones, and direct light of an isotropic source of 1 cd.
 struct Made {
-    explicit Made(const Scene& scene, const SurfelSettings& settings = {})
+    explicit Made(const Scene& scene, const SurfelSettings& settings = {}, std::span<const glm::dvec3> eyes = {})
         : geometry(std::make_shared<const trace::Geometry>(scene.asset)),
           light(geometry->local(scene.lights.at(0).position)),
-          builder(geometry, {light}, settings, kMostForwardLinks, false, false) {
+          builder(geometry, seeds_of(scene, eyes), settings, kMostForwardLinks, false, false) {
         builder.wait();
         transport = builder.newest();
-        const Surfels& s = surfels();
-        irradiance.direct.assign(s.count, glm::vec4(0.0f));
-        for (std::size_t i = 0; i < s.count; ++i) irradiance.direct[i] = lux_at(s.position(i), i);
-        for (const auto& [i, points] : s.all_crowded) {
-            irradiance.direct[i] = glm::vec4(0.0f);
-            for (std::size_t k = 0; k < kCellPoints; ++k)
-                irradiance.direct[i] += points.share[k] * lux_at(points.at[k], i);
-        }
+        irradiance.direct = direct_of(light);
         Pool pool;
         solve_to_the_end(irradiance, pool);
     }
@@ -39,13 +33,31 @@ struct Made {
             solve(surfels(), transport->links, {}, {}, kAtRest, lit, pool);
         } while (lit.resumes);
     }
-    // Direct light at a point of the surface of surfel i.
-    glm::vec4 lux_at(const glm::vec3& p, std::size_t i) const {
+    std::vector<glm::vec3> seeds_of(const Scene& scene, std::span<const glm::dvec3> eyes) const {
+        std::vector<glm::vec3> seeds;
+        for (const Light& one : scene.lights) seeds.push_back(geometry->local(one.position));
+        for (const glm::dvec3& eye : eyes) seeds.push_back(geometry->local(eye));
+        return seeds;
+    }
+    // Direct light of an isotropic source of 1 cd, lx.
+    std::vector<glm::vec4> direct_of(const glm::vec3& source) const {
         const Surfels& s = surfels();
-        const glm::vec3 to = light - p;
+        std::vector<glm::vec4> direct(s.count, glm::vec4(0.0f));
+        for (std::size_t i = 0; i < s.count; ++i) direct[i] = lux_at(s.position(i), i, source);
+        for (const auto& [i, points] : s.all_crowded) {
+            direct[i] = glm::vec4(0.0f);
+            for (std::size_t k = 0; k < kCellPoints; ++k)
+                direct[i] += points.share[k] * lux_at(points.at[k], i, source);
+        }
+        return direct;
+    }
+    // The same at a point of the surface of surfel i.
+    glm::vec4 lux_at(const glm::vec3& p, std::size_t i, const glm::vec3& source) const {
+        const Surfels& s = surfels();
+        const glm::vec3 to = source - p;
         const float d2 = glm::dot(to, to), cosine = glm::dot(to, s.normal(i)) / std::sqrt(d2);
         if (cosine <= 0.0f || glm::dot(to, s.geometric[i]) <= 0.0f) return glm::vec4(0.0f);
-        if (geometry->occluded(p + s.geometric[i] * (4.0f * geometry->step_off(p)), light)) return glm::vec4(0.0f);
+        if (geometry->occluded(p + s.geometric[i] * (4.0f * geometry->step_off(p)), source)) return glm::vec4(0.0f);
         return glm::vec4(glm::vec3(cosine / d2), 0.0f);
     }
     const Surfels& surfels() const { return transport->surface->surfels; }

@@ -10,6 +10,7 @@
 #include "server/assets/assets.h"
 #include "server/scene/scene.h"
 #include "server/trace/sampler.h"
+#include "tests/scenes/random_room.h"
 #include "tests/unit/light/made_transport.h"
 
 namespace gonio::transport {
@@ -177,6 +178,20 @@ TEST(Transport, CrowdedSurfelsReceiveWhatIsSent) {
     const double count = static_cast<double>(s.all_crowded.size());
     EXPECT_LT(std::sqrt(squares / count), 0.02);
     EXPECT_NEAR(sum / count, 0.0, 0.005);
+}
+
+// Of each luminaire of a closed room all the flux arrives, 4 pi lm of 1 cd, if the surfels' areas are right. A housing
+// and a lampshade pass through each other there, and cut small parts off the cells of surfels.
+TEST(Transport, LinksMeetSurfelsAsOftenAsTheirAreaSays) {
+    const Scene scene = test::random_room(79);
+    const Made made(scene, {}, {&scene.camera.eye, 1});
+    for (const Light& light : scene.lights) {
+        const std::vector<glm::vec4> direct = made.direct_of(made.geometry->local(light.position));
+        double flux_lm = 0.0;
+        for (std::size_t i = 0; i < direct.size(); ++i)
+            flux_lm += static_cast<double>(made.transport->met_m2[i] * direct[i].g);
+        EXPECT_NEAR(flux_lm, 4.0 * std::numbers::pi, 0.01 * 4.0 * std::numbers::pi) << light.name;
+    }
 }
 
 // A luminaire that is mounted on the ceiling: all surfels together are as large as the room's surfaces.
