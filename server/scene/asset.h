@@ -1,5 +1,5 @@
-// What a scene file holds: meshes, materials, images, cameras, and lights as it describes them. Immutable and shared.
-// World: metres, right-handed, +Y up (glTF).
+// The contents of a scene file: meshes, materials, images, cameras, and lights as it describes them. Immutable and
+// shared. World: metres, right-handed, +Y up (glTF).
 #pragma once
 
 #include <cstdint>
@@ -38,7 +38,7 @@ struct Image {
     bool linear = false;             // its colours are values, not encoded
 };
 
-// What a texture shows beyond 0..1, as glTF's samplers have it: its edge, itself again, or itself turned over.
+// How a texture goes on beyond 0..1, as in glTF's samplers: with its edge, repeated, or repeated and mirrored.
 enum class Wrap : std::uint8_t { clamp, repeat, mirror };
 
 struct Material {

@@ -17,7 +17,7 @@ namespace gonio {
 
 using Revision = std::uint32_t;
 
-// What can be set of a light, and a preset keeps: light_values.h.
+// The values of a light that commands set and presets keep. light_values.h has them as a table.
 struct LightValues {
     glm::dvec3 position{0.0};
     glm::dquat world_from_light{1.0, 0.0, 0.0, 0.0};
@@ -32,7 +32,7 @@ struct LightValues {
     std::optional<ies::Opening> opening;  // luminous; none: what the profile says (opening.h)
 };
 
-// What is made of a profile by a light's zoom and gobo: shaped_profile.h.
+// How a light's zoom and gobo change its profile: shaped_profile.h.
 struct Shaping {
     double zoom_rad = 0.0;  // 0: as it is
     int gobo = 0;           // 0: open
@@ -46,15 +46,15 @@ struct Light : LightValues {
     int seed = -1;     // index into SceneAsset::lights of what it was made of; -1: it was added
     bool sun = false;  // its light is parallel, along its aim; `multiplier` is lux, the position has no effect
     double multiplier = 1.0;
-    // What pan, tilt and roll turn about: orientation = world_from_mount · orientation_of(pan, tilt, roll). None but of
-    // an imported head.
+    // The frame in which pan, tilt and roll are measured: the light's orientation is world_from_mount times
+    // orientation_of(pan, tilt, roll). The identity, except for an imported moving head.
     glm::dquat world_from_mount{1.0, 0.0, 0.0, 0.0};
     std::shared_ptr<const Profile> shaped;  // of `shaped_of`, which follows zoom and gobo; null: the profile as it is
     std::pair<std::shared_ptr<const Profile>, Shaping> shaped_of;
     bool flash_off = false;  // of its strobe, now (strobe.h)
     bool missing = false;    // its fixture is not in the MVR show that was merged last: it is dark
     int imported = -1;       // index into Imported::lights of Scene::imported; -1: it is none of an MVR show
-    // Result: what it shines with.
+    // Result: the profile that it shines with.
     const std::shared_ptr<const Profile>& shining() const { return shaped ? shaped : profile; }
     double tilt_factor = 1.0;  // LM-63 TILT=INCLUDE: all candela at the luminaire's tilt; follows aim and profile
     Revision position_rev = 0, aim_rev = 0, profile_rev = 0, level_rev = 0, name_rev = 0;

@@ -13,7 +13,7 @@ namespace gonio {
 
 struct LightTables;
 
-// What is made of a profile once it is asked for (light_tables.h). A copy of the profile makes its own.
+// The tables of a profile, made when they are first asked for (light_tables.h). A copy of the profile makes its own.
 struct LightTablesOnce {
     mutable std::mutex mutex;
     mutable std::shared_ptr<const LightTables> made;

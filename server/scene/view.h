@@ -42,7 +42,7 @@ struct FalseColor {
     bool operator==(const FalseColor&) const = default;
 };
 
-// What becomes of exposed luminance in beauty, direct and indirect.
+// How exposed luminance becomes display values in the views beauty, direct and indirect.
 enum class Tone : std::uint8_t { knee, linear, aces, agx, neutral };
 struct Look {
     Tone tone = Tone::knee;
