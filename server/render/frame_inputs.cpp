@@ -71,7 +71,7 @@ PassContext FrameInputs::context() const {
 }
 
 bool FrameInputs::can_merge() const {
-    if (shows_difference(scene, view)) return false;  // the bounces of a sum are never negative
+    if (shows_difference(scene, view)) return false;  // each light has a sign of its own
     return (shades_on_cpu() ? view <= View::indirect : gathers_by_gl() && view < View::mask) && layered() > 1;
 }
 

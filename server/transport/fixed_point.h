@@ -4,8 +4,8 @@
 // surfels and channels it shrinks the residual R(E) = F(E) - E by rho_max at least. Between bounces, Anderson
 // acceleration looks for the affine combination of the latest iterates with the smallest residual (Walker and Ni 2011,
 // "Anderson Acceleration for Fixed-Point Iterations"). F is affine, so the residual of a combination is the same
-// combination of residuals, and no bounce is needed to know it. A combination is used only if its residual is smaller
-// than that of the bounce that it replaces. No value in it leaves [0, bound]. So each step shrinks the residual by
+// combination of residuals, and no bounce is needed to know it. A combination takes the place of the iterate that is
+// bounced only if its residual is smaller. No value in it leaves [0, bound]. So each step shrinks the residual by
 // rho_max at least, accelerated or not, up to the rounding of F.
 #pragma once
 

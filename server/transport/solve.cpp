@@ -11,7 +11,9 @@ namespace {
 
 constexpr unsigned kColumns = 2;  // earlier iterates that a step combines (docs/notebook/light.md)
 // So many bounces shrink the residual by rho_max to this power at least. Where they do not even by the root of that, it
-// is down to the rounding of the tables, and further bounces change nothing.
+// is down to the rounding of the tables. Beside a bright place the largest residual is so early, while light still
+// finds its way into dark rooms. Bounces change nothing more when the largest share of a surfel's own light stays as
+// well.
 constexpr unsigned kWatched = 12;
 
 float most_of(const glm::vec3& v) {
@@ -53,7 +55,8 @@ void solve_positive(const Surfels& surfels, const Links& links, std::span<const 
     const unsigned before = light.resumes ? light.solved.bounces : 0;
     FixedPoint iteration(light.indirect, bound, accuracy.rests ? kColumns : 0, pool);
     const float slowest = most_of(albedo), halfway = std::pow(slowest, 0.5f * static_cast<float>(kWatched));
-    float watched = std::numeric_limits<float>::infinity();  // the residual kWatched bounces ago
+    constexpr float kNever = std::numeric_limits<float>::infinity();
+    float watched = kNever, watched_share = kNever;  // the residual, and the relative one, kWatched bounces ago
     light.converged = light.resumes = false;
     for (unsigned bounced = 1;; ++bounced) {
         const StepReport step =
@@ -68,8 +71,8 @@ void solve_positive(const Surfels& surfels, const Links& links, std::span<const 
         }
         bool done = !(light.solved.error > accuracy.least) || light.solved.bounces >= kMostBounces;
         if (bounced % kWatched == 0) {
-            done |= !(residual < watched * halfway);
-            watched = residual;
+            done |= !(residual < watched * halfway) && !(step.relative < watched_share * halfway);
+            watched = residual, watched_share = step.relative;
         }
         light.converged = done, light.resumes = !done;
         if (done || bounced >= accuracy.most) return;
@@ -99,29 +102,32 @@ Kinds kinds_of(std::span<const glm::vec4> values, Pool& pool) {
 void solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> exact,
            std::span<const std::uint8_t> seen, const Accuracy& accuracy, Irradiance& light, Pool& pool) {
     const Kinds direct = kinds_of(light.direct, pool), haze = kinds_of(light.haze, pool);
-    if (!direct.finite || !haze.finite) {  // nothing is shown of it, and the error says so
+    if (!direct.finite || !haze.finite ||
+        !kinds_of(exact, pool).finite) {  // nothing is shown of it, and the error says so
         light.indirect.assign(surfels.count, glm::vec4(0.0f));
         light.first = light.indirect;
         light.solved = {0, 0.0f, std::numeric_limits<float>::infinity(), 0.0f};
         light.converged = accuracy.rests, light.resumes = false;
         return;
     }
-    if (!direct.negative && !haze.negative) return solve_positive(surfels, links, exact, seen, accuracy, light, pool);
-    // The difference of two lights: the bounds hold for each of them alone. Neither has a state of its own that the
-    // next frame could start from.
-    Accuracy whole = kAtRest;
-    whole.links = accuracy.links;
-    Irradiance parts[2];
-    for (int k = 0; k < 2; ++k) {
+    if (!direct.negative && !haze.negative) {
+        light.parts.clear();
+        return solve_positive(surfels, links, exact, seen, accuracy, light, pool);
+    }
+    // The difference of two lights: the bounds hold for each of them alone.
+    std::vector<Irradiance>& parts = light.parts;
+    parts.resize(2);
+    for (std::size_t k = 0; k < 2; ++k) {
+        if (light.resumes && parts[k].converged) continue;
+        parts[k].resumes &= light.resumes;
         const float sign = k == 0 ? 1.0f : -1.0f;
         const auto take = [&](const std::vector<glm::vec4>& from, std::vector<glm::vec4>& to) {
+            to.clear();
             to.reserve(from.size());
             for (const glm::vec4& value : from) to.push_back(glm::max(sign * value, glm::vec4(0.0f)));
         };
         take(light.direct, parts[k].direct), take(light.haze, parts[k].haze);
-        do {
-            solve_positive(surfels, links, {}, seen, whole, parts[k], pool);
-        } while (parts[k].resumes);
+        solve_positive(surfels, links, {}, seen, accuracy, parts[k], pool);
     }
     light.indirect.resize(surfels.count), light.first.resize(surfels.count);
     for (std::size_t i = 0; i < surfels.count; ++i) {
@@ -132,7 +138,7 @@ void solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4
     light.solved = {
         parts[0].solved.bounces + parts[1].solved.bounces, std::max(parts[0].solved.residual, parts[1].solved.residual),
         std::max(parts[0].solved.error, parts[1].solved.error), std::max(parts[0].solved.rate, parts[1].solved.rate)};
-    light.converged = true, light.resumes = false;
+    light.converged = parts[0].converged && parts[1].converged, light.resumes = parts[0].resumes || parts[1].resumes;
 }
 
 }  // namespace gonio::transport

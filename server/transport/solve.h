@@ -27,7 +27,9 @@ struct Irradiance {
     std::vector<glm::vec4> indirect;  // E, rgb; empty: never solved
     std::vector<glm::vec4> haze;      // the part of E that the air scatters to it, before any bounce; empty: no haze
     std::vector<glm::vec4> first;     // the part of E that comes after one bounce
-    float narrow = 0.0f;              // 0 … 1: how far E0 is all on few surfels, which few links meet
+    std::vector<Irradiance>
+        parts;            // of a difference of two lights: its positive part, and its negative one. Else empty
+    float narrow = 0.0f;  // 0 … 1: how far E0 is all on few surfels, which few links meet
     Solved solved;
     bool converged = false;  // solved at rest
     bool resumes = false;    // a solve at rest has reached the limit of bounces in one call; the next call goes on
