@@ -12,6 +12,7 @@
 #include <ostream>
 #include <stdexcept>
 
+#include "protocol/schema/report.pb.h"
 #include "server/assets/assets.h"
 #include "server/exchange/import_mvr.h"
 #include "server/render/renderer.h"
@@ -50,6 +51,7 @@ struct SurveyRow {
     std::size_t worst = 0;                                     // pick
     unsigned off_by_half = 0, off_by_two = 0, unjudged = 0, within = 0;
     double seconds = 0.0;
+    unsigned bounces = 0;  // of the last solve
 };
 
 // Where somebody would stand in a scene whose file has no camera: of some points in its bounds the one that most
@@ -232,6 +234,7 @@ SurveyRow survey(Renderer& renderer, const std::string& name, Scene scene, const
         pick.shown_lx = reading.indirect_lx();
         pick.stated_lx = reading.indirect_error_lx();
     }
+    row.bounces = renderer.transport_stats().bounces();
     row.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
     judge(row);
     return row;
@@ -278,11 +281,13 @@ struct Summary {
     double median_rms = 0.0, worst_rms = 0.0;
     double within = 0.0;  // share of points whose error is at most twice the stated one
     double median_stated = 0.0, median_true = 0.0;
+    double median_bounces = 0.0;  // of the solves
+    unsigned most_bounces = 0;
 };
 
 Summary summary_of(const std::vector<SurveyRow>& rows) {
     Summary summary;
-    std::vector<double> rms, stated, off;
+    std::vector<double> rms, stated, off, bounces;
     unsigned within = 0;
     for (const SurveyRow& row : rows) {
         if (!row.refused.empty() || !(row.mean_lx > 0.0)) continue;
@@ -291,13 +296,15 @@ Summary summary_of(const std::vector<SurveyRow>& rows) {
         summary.off_by_half += row.off_by_half, summary.off_by_two += row.off_by_two;
         summary.unjudged += row.unjudged, within += row.within;
         rms.push_back(row.rms);
+        bounces.push_back(row.bounces);
+        summary.most_bounces = std::max(summary.most_bounces, row.bounces);
         summary.worst_rms = std::max(summary.worst_rms, row.rms);
         for (const Pick& pick : row.picks) {
             stated.push_back(pick.stated_lx / row.mean_lx);
             off.push_back(std::abs(pick.off_lx()) / row.mean_lx);
         }
     }
-    summary.median_rms = median(rms);
+    summary.median_rms = median(rms), summary.median_bounces = median(bounces);
     summary.within = summary.points > 0 ? static_cast<double>(within) / static_cast<double>(summary.points) : 1.0;
     summary.median_stated = median(stated), summary.median_true = median(off);
     return summary;
@@ -332,6 +339,7 @@ nlohmann::json json_of(const SurveyRow& row) {
                  {"off_by_half", row.off_by_half},
                  {"off_by_two", row.off_by_two},
                  {"unjudged", row.unjudged},
+                 {"bounces", row.bounces},
                  {"seconds", row.seconds}});
     for (const Pick& pick : row.picks) {
         const glm::dvec3 p = pick.at.position, n = pick.at.normal;
@@ -431,18 +439,19 @@ void run_survey(const SurveyOptions& options, std::ostream& out, std::ostream& p
     std::snprintf(text, sizeof text,
                   "%zu scenes, %zu points: off by more than half %u, by more than two %u, not judged %u\nrms over the "
                   "mean: median scene %.4f, worst %.4f\nwithin twice the stated error: %.3f of the points; median "
-                  "stated error %.4f, true %.4f of the mean\n",
+                  "stated error %.4f, true %.4f of the mean\nbounces of a solve: median scene %.0f, most %u\n",
                   all.scenes, all.points, all.off_by_half, all.off_by_two, all.unjudged, all.median_rms, all.worst_rms,
-                  all.within, all.median_stated, all.median_true);
+                  all.within, all.median_stated, all.median_true, all.median_bounces, all.most_bounces);
     table << text;
     for (const SurveyRow& row : rows)
         if (row.off_by_half + row.off_by_two > 0) table << "outlier: " << row.name << "\n";
     if (!options.json) return;
     nlohmann::json json = {
-        {"renderer", context->renderer()},    {"scenes", all.scenes},          {"points", all.points},
-        {"off_by_half", all.off_by_half},     {"off_by_two", all.off_by_two},  {"unjudged", all.unjudged},
-        {"median_rms", all.median_rms},       {"worst_rms", all.worst_rms},    {"within_twice_stated", all.within},
-        {"median_stated", all.median_stated}, {"median_true", all.median_true}};
+        {"renderer", context->renderer()},    {"scenes", all.scenes},           {"points", all.points},
+        {"off_by_half", all.off_by_half},     {"off_by_two", all.off_by_two},   {"unjudged", all.unjudged},
+        {"median_rms", all.median_rms},       {"worst_rms", all.worst_rms},     {"within_twice_stated", all.within},
+        {"median_stated", all.median_stated}, {"median_true", all.median_true}, {"median_bounces", all.median_bounces},
+        {"most_bounces", all.most_bounces}};
     for (const SurveyRow& row : rows) json["rows"].push_back(json_of(row));
     out << json.dump(2) << "\n";
 }
