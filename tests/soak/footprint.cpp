@@ -28,15 +28,14 @@ Footprint footprint(pid_t pid, double minute) {
     return result;
 }
 
-Growth growth_of(const std::vector<Footprint>& samples, double from, double to) {
-    std::vector<double> early, late;
+Growth growth_of(const std::vector<Footprint>& samples, const Span& early, const Span& late) {
+    std::vector<double> first, last;
     for (const Footprint& sample : samples) {
-        const double at = (sample.minute - from) / (to - from);
-        if (at > 0.25 && at <= 0.5) early.push_back(sample.resident_mib);
-        if (at > 0.75) late.push_back(sample.resident_mib);
+        if (sample.minute >= early.from && sample.minute <= early.to) first.push_back(sample.resident_mib);
+        if (sample.minute >= late.from && sample.minute <= late.to) last.push_back(sample.resident_mib);
     }
-    if (early.empty() || late.empty()) return {};
-    return {median(early), median(late)};
+    if (first.empty() || last.empty()) return {};
+    return {median(first), median(last)};
 }
 
 }  // namespace gonio::soak

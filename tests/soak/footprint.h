@@ -17,12 +17,16 @@ struct Footprint {
 
 Footprint footprint(pid_t pid, double minute);
 
-// Result: resident memory from a quarter of the time, when all caches are full, and of the last quarter, MiB: medians,
-// since the largest files are loaded in few samples. The samples' minutes begin at `from` and end at `to`.
+// Resident memory early, when all caches are full, and late, MiB: medians, since the largest files are loaded in few
+// samples.
 struct Growth {
     double early_mib = 0, late_mib = 0;
     double ratio() const { return early_mib > 0 ? late_mib / early_mib - 1 : 0; }
 };
-Growth growth_of(const std::vector<Footprint>& samples, double from, double to);
+struct Span {
+    double from, to;  // minutes
+};
+// Result: zeros where a span has no sample.
+Growth growth_of(const std::vector<Footprint>& samples, const Span& early, const Span& late);
 
 }  // namespace gonio::soak
