@@ -6,6 +6,7 @@
 #include <pugixml.hpp>
 #include <unordered_map>
 
+#include "ies/core/decomposed_text.h"
 #include "ies/core/printed.h"
 #include "ies/core/text.h"
 #include "ies/core/zip.h"
@@ -260,13 +261,15 @@ Lamps lamps_of(const Product& product, const xml_node& emitter) {
     return lamps;
 }
 
-// Result: the archive's name of a file, "" where it has none: exactly, in code page 850, or without regard to case.
+// Result: the archive's name of a file, "" where it has none: exactly, in code page 850, or without regard to case and
+// to how accents are spelt.
 std::string name_in(const Product& product, const std::string& path, const xml_node& place) {
     if (product.archive.find(path)) return path;
-    const std::string upper = detail::to_upper(path);
+    const auto folded = [](std::string_view name) { return detail::to_upper(decomposed_text(name)); };
+    const std::string wanted = folded(path);
     for (const ZipEntry& entry : product.archive.entries())
-        if (detail::to_upper(detail::to_utf8(entry.raw_name, detail::Encoding::code_page_850)) == upper ||
-            detail::to_upper(entry.name) == upper) {
+        if (folded(detail::to_utf8(entry.raw_name, detail::Encoding::code_page_850)) == wanted ||
+            folded(entry.name) == wanted) {
             product.report.note("file_name", offset_of(place), "the name is written otherwise in the archive");
             return entry.name;
         }

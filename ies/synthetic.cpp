@@ -6,6 +6,8 @@
 #include <cmath>
 #include <vector>
 
+#include "ies/web.h"
+
 namespace gonio::ies {
 
 namespace {
@@ -119,7 +121,8 @@ std::string write(const Recipe& recipe) {
     const std::vector<double> v = angles_of(recipe.v);
     const std::vector<double> h = angles_of(recipe.h);
     std::string text = "IES:LM-63-2019\n[TEST] synthetic\n[TESTLAB] none: computed from a formula\n";
-    text += "[ISSUEDATE] 2026-01-01\n[MANUFAC] Gonio\n[LUMCAT] " + std::string(recipe.luminaire.name);
+    text += "[ISSUEDATE] 2026-01-01\n[MANUFAC] " + std::string(kSyntheticMaker) + "\n[LUMCAT] " +
+            std::string(recipe.luminaire.name);
     text += "\n[LUMINAIRE] " + std::string(recipe.luminaire.description) + "\nTILT=NONE\n";
     append_row(text, {1, -1, 1, static_cast<double>(v.size()), static_cast<double>(h.size()), 1, 2, recipe.width_m,
                       recipe.length_m, recipe.height_m});

@@ -10,6 +10,8 @@
 
 namespace gonio::ies {
 
+inline constexpr std::string_view kSyntheticMaker = "Gonio";  // as their files have it
+
 struct SyntheticLuminaire {
     std::string_view name;  // "downlight", "narrow_spot", "batwing", "wall_washer", "linear", "street", "bulb", "flood"
     std::string_view description;  // one sentence with the intensity law

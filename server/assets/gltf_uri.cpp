@@ -7,8 +7,8 @@
 #include <optional>
 #include <system_error>
 
+#include "ies/core/decomposed_text.h"
 #include "server/assets/assets.h"
-#include "server/assets/decomposed_text.h"
 #include "server/assets/gltf_document.h"
 
 namespace gonio {

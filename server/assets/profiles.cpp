@@ -6,8 +6,11 @@
 #include <numbers>
 
 #include "ies/photometry_file.h"
+#include "ies/product.h"
 #include "ies/synthetic.h"
+#include "protocol/text/shortened_text.h"
 #include "server/assets/assets.h"
+#include "server/scene/limits.h"
 
 namespace gonio {
 namespace {
@@ -17,6 +20,7 @@ std::shared_ptr<const Profile> shared_profile(std::string name, ies::Photometry 
     profile->name = std::move(name);
     profile->peak_cd = ies::peak_intensity(photometry.web).in(cd);
     profile->flux_lm = ies::total_flux(photometry.web).in(lm);
+    profile->product = shortened_text(ies::product_name(photometry.provenance), kMaxNameBytes);
     profile->photometry = std::move(photometry);
     return profile;
 }

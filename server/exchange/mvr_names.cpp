@@ -2,14 +2,17 @@
 #include <algorithm>
 #include <cctype>
 
+#include "ies/core/decomposed_text.h"
 #include "server/exchange/mvr.h"
 #include "server/exchange/xml_read.h"
 
 namespace gonio::mvr {
 namespace {
 
-std::string lower(std::string_view text) {
-    std::string result(text);
+// Result: what names are compared by: small letters, accents apart from them. Programs on a Mac write "ü" as "u" and
+// dots.
+std::string folded(std::string_view text) {
+    std::string result = decomposed_text(text);
     for (char& c : result) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return result;
 }
@@ -25,14 +28,14 @@ std::string_view file_of(std::string_view name) {
 EntryIndex::EntryIndex(std::span<const std::string> entries) {
     for (const std::string& entry : entries) {
         exact_.emplace(entry, entry);
-        loose_.emplace(lower(file_of(entry)), entry);
+        loose_.emplace(folded(file_of(entry)), entry);
     }
 }
 
 EntryIndex::Found EntryIndex::find(std::string_view name, std::string_view extension) const {
     std::string path(name);
     std::replace(path.begin(), path.end(), '\\', '/');  // as in the names of entries
-    const std::string file = lower(file_of(path));
+    const std::string file = folded(file_of(path));
     if (file.empty() || file.starts_with('.')) return {};
     // Names have dots in them: an extension that is not the one is a part of the name.
     for (const std::string& tail : {std::string(), std::string(extension)}) {

@@ -38,6 +38,7 @@ using Gobos = std::vector<Gobo>;
 // A profile as lights share it.
 struct Profile {
     std::string name;
+    std::string product;  // maker and luminaire, as lists show it; empty: the file tells neither (ies/product.h)
     ies::Photometry photometry;
     double peak_cd = 0.0;                // of the web
     double flux_lm = 0.0;                // its integral

@@ -275,6 +275,14 @@ TEST(Gldf, NamesOfOtherCodePagesAndCase) {
     EXPECT_TRUE(has(*read, "file_name"));
 }
 
+// "ü" is one character in the product, and "u" with two dots in an archive that was packed on a Mac.
+TEST(Gldf, AccentsMayBeSpeltOtherwise) {
+    Gldf file;
+    file.files.replace(file.files.find("a.ies"), 5, "gr\xc3\xbcn.ies");
+    file.more_files = {{"ldc/gru\xcc\x88n.ies", Lm63Text().text()}};
+    EXPECT_TRUE(has(read_well(file), "file_name"));
+}
+
 // A light that shines along C0 only, turned by 90 degrees.
 TEST(Gldf, TurnsAboutTheVertical) {
     Gldf file;

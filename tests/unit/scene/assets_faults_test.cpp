@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "ies/core/decomposed_text.h"
 #include "ies/synthetic.h"
 #include "server/assets/assets.h"
-#include "server/assets/decomposed_text.h"
 #include "server/scene/scene.h"
 #include "tests/shared_data.h"
 #include "tests/unit/assets_gltf_fixture.h"

@@ -1,9 +1,9 @@
-#include "server/assets/decomposed_text.h"
+#include "ies/core/decomposed_text.h"
 
 #include <cstddef>
 #include <cstdint>
 
-#include "server/assets/unicode_letters.h"
+#include "ies/core/unicode_letters.h"
 
 namespace gonio {
 namespace {
