@@ -276,10 +276,12 @@ std::optional<Error> import_node_light(GltfImport& import, const LightNode& node
     };
     const Value *const punctual = light_of("KHR_lights_punctual"), *const area = light_of("EXT_lights_area"),
                        *const ies = light_of("EXT_lights_ies");
-    // A light on the node of a better one is the fallback of viewers that know no better: both would count twice.
+    // A light on the node of a better one is the fallback of viewers that know no better: both would count twice. That
+    // of a scene that Gonio saved is understood.
+    const bool own = import.document.model->nodes[node.index].extras.Has("gonio");
     const std::string where = "; changes lux (/nodes/" + std::to_string(node.index) + ")";
     if (ies && area) import.warn("the area light beside the measured one was left out" + where);
-    if (ies && punctual) import.warn("the punctual light beside the measured one was left out" + where);
+    if (ies && punctual && !own) import.warn("the punctual light beside the measured one was left out" + where);
     if (!ies && area && punctual) import.warn("the punctual light beside the area light was left out" + where);
     if (ies) return add_ies(import, node, *ies);
     if (area) return add_area(import, node, area->Get("light").GetNumberAsInt());

@@ -157,8 +157,9 @@ public:
         if (scale.multiplier > kMostMultiplier)
             return Error{"too_large", light.name, std::to_string(scale.multiplier),
                          "level, multiplier and colour of a light are at most 1e9 together in glTF"};
-        const auto [at, fresh] = files_.try_emplace(ies_key_of(light), files_.size());
+        const auto [at, fresh] = files_.try_emplace(ies_key_of(light));
         if (fresh) {
+            at->second = {files_.size() - 1, fallback_of(light)};
             const auto text = ies_file_of(light);
             if (!text) return text.error();
             const std::size_t view = glb_.add_view(text->data(), text->size());
@@ -169,8 +170,9 @@ public:
         }
         Json node = node_of(light, master_ratio);
         node["extensions"]["EXT_lights_ies"] = {
-            {"light", at->second}, {"multiplier", scale.multiplier}, {"color", numbers(scale.color)}};
-        glb_.add("nodes", std::move(node));
+            {"light", at->second.index}, {"multiplier", scale.multiplier}, {"color", numbers(scale.color)}};
+        const PunctualFallback& fallback = at->second.fallback;
+        add_punctual(light, fallback.light, {scale.multiplier * fallback.cd, scale.color}, std::move(node));
         return std::nullopt;
     }
     const std::set<std::string>& extensions() const { return extensions_; }
@@ -194,7 +196,11 @@ private:
     }
 
     GlbWriter& glb_;
-    std::map<std::string, std::size_t> files_;
+    struct File {
+        std::size_t index = 0;      // of EXT_lights_ies
+        PunctualFallback fallback;  // beside it
+    };
+    std::map<std::string, File> files_;  // by ies_key_of()
     std::set<std::string> extensions_;
 };
 

@@ -27,9 +27,9 @@ inline Error too_large_scene() {
 using Parts = std::function<void(std::size_t done, std::size_t all)>;
 
 // Result: the bytes of a .glb that load_scene() reads back as what is seen now. It has geometry, materials, textures
-// and vertex colours, the camera, then the kept views. Measured lights are EXT_lights_ies, points, spots and suns
-// KHR_lights_punctual, never both. Level, master, white and gel are in multiplier and colour. The level is told apart
-// in extras, for load_scene() alone.
+// and vertex colours, the camera, then the kept views. Points, spots and suns are KHR_lights_punctual. Measured lights
+// are EXT_lights_ies, with fallback_of() beside it on the same node, for programs that know no measured light. Level,
+// master, white and gel are in multiplier and colour. The level is told apart in extras, for load_scene() alone.
 // Errors: "too_large" (`where`: the light, or "save_scene"), "bad_image".
 Result<std::string> export_glb(const Scene& scene, const Parts& each = {});
 

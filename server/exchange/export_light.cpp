@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "ies/core/printed.h"
+#include "ies/quantities.h"
 #include "ies/writers.h"
 #include "server/assets/assets.h"
 #include "server/scene/gel.h"
@@ -83,6 +85,37 @@ std::optional<PunctualLight> punctual_of(const Light& light) {
     const auto again = punctual_spot_profile(spot.inner_rad, spot.outer_rad);
     if (!is_same_web(web, again->photometry.web)) return std::nullopt;
     return spot;
+}
+
+PunctualFallback fallback_of(const Light& light) {
+    const ies::PhotometricWeb& web = light.shining()->photometry.web;
+    const double flux_lm = ies::total_flux(web).in(lm), lit_lm = flux_lm * light.tilt_factor;
+    const auto part_within = [&](double angle_rad) {
+        const Angle angle = Angle::radians(angle_rad);
+        const LuminousFlux within = web.goniometer == ies::Goniometer::type_c
+                                        ? ies::flux_between(web, Angle::radians(0.0), angle, Angle::radians(0.0),
+                                                            Angle::radians(2.0 * std::numbers::pi))
+                                        : ies::flux_about_zero(web, {&angle, 1}).front();
+        return within.in(lm) / flux_lm;
+    };
+    constexpr double kWidest_rad = 85.0 / 180.0 * std::numbers::pi, kMostOfIt = 0.95;
+    if (!(flux_lm > 0.0) || part_within(kWidest_rad) < kMostOfIt) return {{}, lit_lm / (4.0 * std::numbers::pi)};
+    const auto angle_around = [&](double part) {
+        double low_rad = 0.0, high_rad = kWidest_rad;
+        for (int halved = 0; halved < 12; ++halved) {  // to 0.02 degrees
+            const double middle_rad = 0.5 * (low_rad + high_rad);
+            (part_within(middle_rad) < part ? low_rad : high_rad) = middle_rad;
+        }
+        return high_rad;
+    };
+    const PunctualLight spot{"spot", angle_around(0.5), angle_around(kMostOfIt)};
+    // Between the cones the light falls as the square of the way in cos, whose integral is a third
+    // (KHR_lights_punctual).
+    const double inner = std::cos(spot.inner_rad), outer = std::cos(spot.outer_rad),
+                 solid_sr = 2.0 * std::numbers::pi * (1.0 - inner + (inner - outer) / 3.0);
+    if (!(spot.inner_rad < spot.outer_rad))
+        return {{}, lit_lm / (4.0 * std::numbers::pi)};  // thinner than 0.02 degrees
+    return {spot, lit_lm / solid_sr};
 }
 
 }  // namespace gonio::exchange

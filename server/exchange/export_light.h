@@ -39,4 +39,13 @@ struct PunctualLight {
 // Result: nothing for a measured light, and for one that shines from an opening.
 std::optional<PunctualLight> punctual_of(const Light& light);
 
+// What programs show that know no measured light: a spot, or a point where more than 5 % of the flux goes beyond 85
+// degrees from photometric zero. It has the measured light's flux. Half of that is within the spot's inner cone, and
+// 95 % within its outer one.
+struct PunctualFallback {
+    PunctualLight light;
+    double cd = 0.0;  // of a spot on its axis
+};
+PunctualFallback fallback_of(const Light& light);
+
 }  // namespace gonio::exchange

@@ -107,6 +107,25 @@ def blender_finds(glb, state):
     return found
 
 
+def blender_lights(glb, found, state):
+    """Every measured light is there, where it stands, with the watts of its stand-in: 683 lm each, as the importer has it."""
+    with open(glb, "rb") as file:
+        data = file.read()
+    document = json.loads(data[20:20 + int.from_bytes(data[12:16], "little")])
+    lights = document["extensions"]["KHR_lights_punctual"]["lights"]
+    seen = {light["name"]: light for light in found["lights"]}
+    assert set(seen) == {light["name"] for light in state["lights"]}, (set(seen), state["lights"])
+    for node in document["nodes"]:
+        if "KHR_lights_punctual" not in node.get("extensions", {}):
+            continue
+        stand_in, light = lights[node["extensions"]["KHR_lights_punctual"]["light"]], seen[node["name"]]
+        watts = stand_in["intensity"] * 4 * math.pi / LUMENS_PER_WATT
+        assert abs(light["watts"] - watts) <= 1e-4 * watts and watts > 0, (light, watts)
+        assert math.dist(light["position"], node["translation"]) < 1e-5, (light, node)
+        if stand_in["type"] == "spot":
+            assert light["type"] == "SPOT" and abs(light["cone_rad"] - 2 * stand_in["spot"]["outerConeAngle"]) < 1e-5, (light, stand_in)
+
+
 def check_punctual(goniod, gonio, directory):
     """A point, a spot and a sun come from a file, and go into one that Blender reads: in W, of 683 lm each."""
     lights = [{"type": "point", "intensity": 50.0, "color": [1, 0.5, 0.25], "name": "bulb"},
@@ -146,9 +165,11 @@ def main():
         saved = [same_lux(goniod, gonio, scene, "glb", directory) for scene in ("cornell", "atrium")]
         same_lux(goniod, gonio, "cornell", "mvr", directory)
         for glb, state in saved:
-            if not blender_finds(glb, state):
+            found = blender_finds(glb, state)
+            if not found:
                 return SKIPPED
-            print(f"ok   Blender has the geometry of {os.path.basename(glb)}")
+            blender_lights(glb, found, state)
+            print(f"ok   Blender has the geometry and the lights of {os.path.basename(glb)}")
         check_punctual(goniod, gonio, directory)
     return 0
 

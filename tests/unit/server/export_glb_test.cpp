@@ -9,6 +9,7 @@
 
 #include "protocol/schema/gonio.pb.h"
 #include "protocol/schema/state.pb.h"
+#include "server/exchange/export_light.h"
 #include "server/scene/scene.h"
 #include "server/session/null_renderer.h"
 #include "server/session/render_session.h"
@@ -110,7 +111,8 @@ TEST(ExportedGlb, AnAsymmetricWebKeepsItsAzimuth) {
     }
 }
 
-// What the extensions ask for: absolute candela with TILT and ballast factor, colours of at most 1, one light a node.
+// What the extensions ask for: absolute candela with TILT and ballast factor, colours of at most 1, and beside a
+// measured light a punctual one for programs that know no other.
 TEST(ExportedGlb, LightsAreAsTheExtensionsHaveThem) {
     Scene scene = rigged(make_cornell());
     scene.lights.resize(1);
@@ -155,23 +157,48 @@ TEST(ExportedGlb, LightsAreAsTheExtensionsHaveThem) {
     // Aimed along -Z: the node's own axes are the world's.
     const Json rotation = parts.node("tilted")["rotation"];
     EXPECT_NEAR(std::abs(rotation[3].get<double>()), 1.0, 1e-12);
-    const Json& punctual = document["extensions"]["KHR_lights_punctual"]["lights"];
-    ASSERT_EQ(punctual.size(), 2u);
-    EXPECT_EQ(punctual[0]["type"], "spot");
-    EXPECT_NEAR(punctual[0]["spot"]["innerConeAngle"], 0.2, 1e-9);
-    EXPECT_NEAR(punctual[0]["spot"]["outerConeAngle"], 0.7, 1e-9);
-    EXPECT_EQ(punctual[0]["intensity"], 250.0);
-    EXPECT_EQ(punctual[1]["type"], "directional");
-    EXPECT_EQ(punctual[1]["intensity"], 500.0);
-    for (const Json& node : document["nodes"]) {
-        if (node.contains("extensions")) {
-            EXPECT_EQ(node["extensions"].size(), 1u) << node;
-        }
-    }
+    const auto punctual = [&](const char* name) {
+        const Json& node = parts.node(name);
+        return document["extensions"]["KHR_lights_punctual"]["lights"]
+                       [node["extensions"]["KHR_lights_punctual"]["light"].get<std::size_t>()];
+    };
+    EXPECT_EQ(punctual("spot")["type"], "spot");
+    EXPECT_NEAR(punctual("spot")["spot"]["innerConeAngle"], 0.2, 1e-9);
+    EXPECT_NEAR(punctual("spot")["spot"]["outerConeAngle"], 0.7, 1e-9);
+    EXPECT_EQ(punctual("spot")["intensity"], 250.0);
+    EXPECT_EQ(punctual("sun")["type"], "directional");
+    EXPECT_EQ(punctual("sun")["intensity"], 500.0);
+    EXPECT_EQ(punctual("dark")["intensity"], 0.0);
+    for (const char* name : {"spot", "sun"}) EXPECT_EQ(parts.node(name)["extensions"].size(), 1u) << name;
+    for (const char* name : {"tilted", "dark"}) EXPECT_EQ(parts.node(name)["extensions"].size(), 2u) << name;
+    for (const std::string& warning : again->warnings) EXPECT_EQ(warning.find("punctual"), warning.npos) << warning;
     EXPECT_EQ(document["cameras"][0]["perspective"]["yfov"], 0.9);
     EXPECT_EQ(parts.node("camera")["translation"], Json({1.0, 2.0, 3.0}));
     EXPECT_EQ(document["extensionsUsed"], Json({"EXT_lights_ies", "KHR_lights_punctual"}));
     EXPECT_FALSE(document.contains("extensionsRequired"));
+}
+
+// A lamp of 100 cd within 60 degrees has 2 pi (1 - cos 60°) 100 = 100 pi lm, half of them within acos(1 - 0.25). What
+// KHR_lights_punctual says of a spot has the solid angle 2 pi ((1 - cos i) + (cos i - cos o) / 3).
+TEST(ExportedGlb, TheLightBesideAMeasuredOneHasItsFlux) {
+    const auto lamp_of = [](double within_deg, float candela) {  // the same in all these directions
+        auto profile = std::make_shared<Profile>(*punctual_point_profile());
+        ies::PhotometricWeb& web = profile->photometry.web;
+        web.v_rad = {0.0, within_deg * kDegree};
+        web.h_rad = {0.0, 2.0 * ies::kPi};
+        web.candela.assign(4, candela);
+        return floor_scene(4.0, 0.5f, profile, {0, 2, 0}).lights[0];
+    };
+    const auto even = exchange::fallback_of(lamp_of(60, 100));
+    EXPECT_STREQ(even.light.type, "spot");
+    EXPECT_NEAR(even.light.inner_rad, std::acos(0.75), 0.02 * kDegree);
+    EXPECT_NEAR(even.light.outer_rad, std::acos(1.0 - 0.95 * 0.5), 0.02 * kDegree);
+    const double inner = std::cos(even.light.inner_rad), outer = std::cos(even.light.outer_rad);
+    EXPECT_NEAR(even.cd * 2.0 * ies::kPi * ((1.0 - inner) + (inner - outer) / 3.0), 100.0 * ies::kPi, 1e-6);
+    const auto bulb = exchange::fallback_of(lamp_of(180, 100));
+    EXPECT_STREQ(bulb.light.type, "point");
+    EXPECT_NEAR(bulb.cd, 100.0, 1e-6);
+    EXPECT_EQ(exchange::fallback_of(lamp_of(90, 0)).cd, 0.0);
 }
 
 TEST(ExportedGlb, AClosedShutterIsDarkAndCanBeLit) {
