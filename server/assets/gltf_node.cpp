@@ -7,10 +7,12 @@
 #include <numbers>
 #include <string>
 
+#include "protocol/text/shortened_text.h"
 #include "server/assets/assets.h"
 #include "server/assets/gltf_features.h"
 #include "server/assets/gltf_import.h"
 #include "server/assets/mesh_builder.h"
+#include "server/scene/limits.h"
 
 namespace gonio {
 namespace {
@@ -157,6 +159,7 @@ void add_camera(GltfImport& import, const tinygltf::Node& node, const glm::dvec3
         import.warn("the camera's roll was ignored: +Y is up in every picture (" + where + ")");
     }
     import.scene.cameras.push_back({eye, eye + turn * glm::dvec3(0.0, 0.0, -1.0), camera.perspective.yfov});
+    import.scene.camera_names.push_back(shortened_text(node.name.empty() ? camera.name : node.name, kMaxNameBytes));
     import.camera_indices.push_back(node.camera);
 }
 

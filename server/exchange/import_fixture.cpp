@@ -101,6 +101,17 @@ std::shared_ptr<const Profile> paired_profile(ShowImport& import, const mvr::Fix
     return nullptr;
 }
 
+// What a fixture has whose light nobody knows: it is there and dark until it gets another profile.
+std::shared_ptr<const Profile> dark_profile(ShowImport& import, const mvr::Fixture& fixture, const std::string& name) {
+    import.report.add(Outcome::left_out, "a fixture is dark: it has neither GDTF nor photometry; changes lux", name);
+    const std::string type = fixture.spec.empty() ? "unknown fixture" : fixture.spec;
+    std::shared_ptr<const Profile>& profile = import.profiles["dark " + type];
+    if (!profile)
+        profile = unlit_profile(shortened_text(type, kMaxNameBytes), "missing_file",
+                                "The show has neither a GDTF file that can be read nor photometry for this fixture.");
+    return profile;
+}
+
 Result<std::shared_ptr<const Profile>> beam_profile(ShowImport& import, const gdtf::FixtureType& type,
                                                     const gdtf::Beam& beam, std::optional<Angle> zoom) {
     if (auto measured = photometric_profile(import, type, beam)) return measured;
@@ -121,6 +132,8 @@ Result<std::shared_ptr<const Profile>> beam_profile(ShowImport& import, const gd
     photometry.provenance.absolute = true;
     photometry.provenance.lumens_per_lamp = -1.0;
     photometry.provenance.input_watts = beam.power_w.value;
+    for (const auto& [keyword, text] : {std::pair("MANUFAC", type.manufacturer), {"LUMINAIRE", type.name}})
+        if (!text.empty()) photometry.provenance.keywords.emplace_back(keyword, text);
     if (radius > 0.0) photometry.opening = {ies::OpeningShape::ellipse, 2.0 * radius * m, 2.0 * radius * m, 0.0 * m};
     profile = make_profile(shortened_text(type.name, kMaxNameBytes), std::move(photometry));
     tables_of(*profile);
@@ -335,17 +348,15 @@ std::optional<Error> import_fixtures(ShowImport& import) {
         const auto paired = paired_profile(import, fixture, object.name);
         if (type != nullptr) {
             if (auto error = add_beams(import, placed, *type, paired)) return error;
-        } else if (paired) {
+        } else {
             if (!has_room(import, placed.name)) continue;
             LightSeed light;
             light.name = unique_name(import, placed.name);
-            light.profile = with_own_gobo(import, paired, fixture);
+            light.profile =
+                paired ? with_own_gobo(import, paired, fixture) : dark_profile(import, fixture, placed.name);
             take_state(light, fixture);
             if (finish_light(import, placed, std::move(light), placed.world_from_fixture, std::nullopt))
                 note_imported(import, fixture, "");
-        } else {
-            import.report.add(Outcome::left_out, "a fixture gives no light: it has neither GDTF nor photometry",
-                              placed.name);
         }
     }
     note_undriven(import);

@@ -21,7 +21,15 @@
 namespace gonio::exchange {
 namespace {
 
-constexpr std::size_t kMostWarnings = GltfImport::kMaxWarnings;
+constexpr std::size_t kMostLines = GltfImport::kMaxWarnings;
+
+std::vector<std::string> shortened(std::vector<std::string> lines) {
+    if (lines.size() <= kMostLines) return lines;
+    const std::size_t more = lines.size() - kMostLines + 1;
+    lines.resize(kMostLines - 1);
+    lines.push_back("and " + std::to_string(more) + " more lines");
+    return lines;
+}
 
 // A transform of negative determinant turns triangles inside out; the copy has been turned beforehand.
 int mirrored(SceneAsset& scene, Model::Part& part) {
@@ -128,12 +136,8 @@ Result<std::shared_ptr<SceneAsset>> import_mvr(std::string bytes, const std::str
     if (import.bodies && !import.bodies->parts.empty()) scene->bodies = std::move(import.bodies);
     set_bounds(*scene);
     if (import.patch.rows_size() > 0) scene->patch = std::make_shared<const v1::SetPatch>(std::move(import.patch));
-    scene->warnings = report_lines(import.report);
-    if (scene->warnings.size() > kMostWarnings) {
-        const std::size_t more = scene->warnings.size() - kMostWarnings + 1;
-        scene->warnings.resize(kMostWarnings - 1);
-        scene->warnings.push_back("and " + std::to_string(more) + " more lines");
-    }
+    scene->notes = shortened(taken_lines(import.report));
+    scene->warnings = shortened(report_lines(import.report));
     return scene;
 }
 

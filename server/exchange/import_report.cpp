@@ -61,23 +61,37 @@ std::size_t ImportReport::count(Outcome outcome, std::string_view what) const {
     return sum;
 }
 
-std::vector<std::string> report_lines(const ImportReport& report) {
+namespace {
+
+std::string line_of(const ImportNote& note) {
     static constexpr const char* kOutcomes[] = {"taken", "defaulted", "guessed", "left out"};
+    std::string text = std::string(kOutcomes[static_cast<int>(note.outcome)]) + ": " + note.what;
+    for (std::size_t i = 0; i < note.names.size(); ++i) text += (i == 0 ? ": \"" : ", \"") + note.names[i] + "\"";
+    if (note.named > note.names.size()) text += " and " + std::to_string(note.named - note.names.size()) + " more";
+    return text;
+}
+
+std::vector<std::string> lines_of(const ImportReport& report, bool taken) {
     std::vector<const ImportNote*> notes;
-    for (const ImportNote& note : report.notes) notes.push_back(&note);
-    std::stable_sort(notes.begin(), notes.end(),
-                     [](const ImportNote* a, const ImportNote* b) { return a->outcome < b->outcome; });
-    std::vector<std::string> result;
-    for (const ImportNote* const note : notes) {
-        std::string text = std::string(kOutcomes[static_cast<int>(note->outcome)]) + ": " + note->what;
-        for (std::size_t i = 0; i < note->names.size(); ++i) text += (i == 0 ? ": \"" : ", \"") + note->names[i] + "\"";
-        if (note->named > note->names.size())
-            text += " and " + std::to_string(note->named - note->names.size()) + " more";
-        result.push_back(std::move(text));
-    }
+    for (const ImportNote& note : report.notes)
+        if ((note.outcome == Outcome::taken) == taken) notes.push_back(&note);
+    std::ranges::stable_sort(notes, {}, [](const ImportNote* note) { return note->outcome; });
+    std::vector<std::string> lines;
+    for (const ImportNote* const note : notes) lines.push_back(line_of(*note));
+    return lines;
+}
+
+}  // namespace
+
+std::vector<std::string> report_lines(const ImportReport& report) {
+    std::vector<std::string> lines = lines_of(report, false);
     if (report.unlisted > 0)
-        result.push_back("left out: " + std::to_string(report.unlisted) + " more notes of this report");
-    return result;
+        lines.push_back("left out: " + std::to_string(report.unlisted) + " more notes of this report");
+    return lines;
+}
+
+std::vector<std::string> taken_lines(const ImportReport& report) {
+    return lines_of(report, true);
 }
 
 }  // namespace gonio::exchange

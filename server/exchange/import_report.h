@@ -42,8 +42,10 @@ struct ImportReport {
     std::size_t count(Outcome outcome, std::string_view what = {}) const;
 };
 
-// Result: a line for each outcome and `what`, in the order of their first notes: "left out: the model file is not in
-// the archive: "a.3ds", "b.3ds" and 12 more". Outcomes are in the order of their enum.
+// Result: a line for each `what` that was not taken: "left out: the model file is not in the archive: "a.3ds", "b.3ds"
+// and 12 more". Outcomes are in the order of their enum, lines of one in that of their first notes.
 std::vector<std::string> report_lines(const ImportReport& report);
+// Result: the same of what was taken.
+std::vector<std::string> taken_lines(const ImportReport& report);
 
 }  // namespace gonio::exchange

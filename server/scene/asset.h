@@ -111,10 +111,12 @@ struct SceneAsset {
     std::vector<LightSeed> lights;
     std::shared_ptr<const Bodies> bodies;       // of luminaires, body.h; null: there are none
     std::vector<Camera> cameras;                // may be empty: then one is framed from the bounds
+    std::vector<std::string> camera_names;      // of the first of them; "": it has none
     std::optional<double> exposure_ev100;       // that suits the scene, where its maker knows; else it is metered
     double scale = 1.0;                         // that its file was loaded with
     std::shared_ptr<const v1::SetPatch> patch;  // of consoles, that its file brings; null: none
     std::shared_ptr<const AssetFiles> files;    // that it was read from; null: none
+    std::vector<std::string> notes;             // what was understood of a show, for whoever loads it; a sentence each
     std::vector<std::string> warnings;          // tolerated deviations and unsupported features, one sentence each
     Bounds bounds;                              // world space
     std::size_t triangles() const {             // counted per instance

@@ -50,6 +50,12 @@ void note_own_profile(Scene& scene, const Light& light) {
     scene.lights_rev = scene.scene_rev + 1;  // followers get what the show said along with the list of lights
 }
 
+std::string_view fixture_of(const Scene& scene, const Light& light) {
+    const auto index = static_cast<std::size_t>(light.imported);
+    if (light.imported < 0 || !scene.imported || index >= scene.imported->lights.size()) return {};
+    return scene.imported->lights[index].number;
+}
+
 void take_imported(Scene& scene) {
     scene.imported = imported_of(*scene.asset);
     if (!scene.imported) return;

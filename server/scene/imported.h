@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "protocol/schema/messages.h"
@@ -52,6 +53,8 @@ std::shared_ptr<const Imported> imported_of(const SceneAsset& asset);
 // Notes that somebody gave the light another profile, where its file is not the scene's any more: the next edition of
 // its show must not take that profile away. Undo of the change leaves the note.
 void note_own_profile(Scene& scene, const Light& light);
+// Result: the number of the light's fixture in the show; empty: it has none. Stands as long as Scene::imported.
+std::string_view fixture_of(const Scene& scene, const Light& light);
 // Of a scene that was made of its file just now: its lights know what they came from, and its groups are there.
 void take_imported(Scene& scene);
 

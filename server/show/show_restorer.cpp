@@ -169,11 +169,15 @@ void ShowRestorer::restore_cue_options() {
 }
 
 void ShowRestorer::add(Scene& scene, const saved::Light& light, const std::string& what) {
-    const Loaded loaded{.profile = profile_of(light)};
+    Loaded loaded{.profile = profile_of(light)};
+    if (!loaded.profile && light.has_scene_profile())
+        return warn(what + " is not restored: the scene file does not have it any more");
     if (!loaded.profile) {
-        warn(what + " is not restored: " +
-             (light.has_scene_profile() ? "the scene file does not have it any more" : "its profile is missing"));
-        return;
+        warn(what + " is dark: its profile is missing");
+        const auto named = std::ranges::find(show_.profiles(), light.profile(), &saved::Profile::key);
+        loaded.profile =
+            unlit_profile(named == show_.profiles().end() || named->name().empty() ? "missing" : named->name(),
+                          "missing_file", "the show does not hold this profile");
     }
     v1::Command command;
     fill(*command.mutable_add_light()->mutable_light(), light, what);

@@ -40,7 +40,8 @@ TEST(ImportMvr, AFixtureIsALightWithItsBeamsWeb) {
     expect_near(aim_of(light.world_from_light), {0, -1, 0}, 1e-9);
     expect_near(c0_of(light.world_from_light), {1, 0, 0}, 1e-9);
     EXPECT_FALSE(scene->patch);
-    EXPECT_TRUE(says(*scene, "taken: fixture: \"Spot\""));
+    EXPECT_EQ(std::ranges::count(scene->notes, "taken: fixture: \"Spot\""), 1);
+    EXPECT_FALSE(says(*scene, "taken")) << "what was understood is no warning";
     EXPECT_TRUE(says(*scene, "left out: a fixture is not patched: \"Spot\""));
     EXPECT_FALSE(scene->bodies) << "it has no models";
 }
@@ -169,9 +170,13 @@ TEST(ImportMvr, WhatCannotBeReadIsNamedOrRefused) {
     const auto scene =
         imported(show_mvr(fixture("Spot", kHanging) + "<Fixture name='Bare'><GDTFSpec>X</GDTFSpec></Fixture>",
                           {{"Maker@Head.gdtf", "no archive"}}));
-    EXPECT_TRUE(scene->lights.empty());
+    ASSERT_EQ(scene->lights.size(), 2u) << "they are there, dark";
+    EXPECT_EQ(scene->lights[0].name, "Spot");
+    expect_near(scene->lights[0].position, {1, 5, -2}, 1e-9);
+    for (const LightSeed& light : scene->lights) EXPECT_EQ(light.profile->flux_lm, 0.0) << light.name;
+    EXPECT_EQ(scene->lights[0].profile->photometry.diagnostics.at(0).code, "missing_file");
     EXPECT_TRUE(says(*scene, "left out: a GDTF file cannot be read: not_a_zip: \"Maker@Head.gdtf ("));
-    EXPECT_TRUE(says(*scene, "a fixture gives no light: it has neither GDTF nor photometry: \"Spot\", \"Bare\""));
+    EXPECT_TRUE(says(*scene, "a fixture is dark: it has neither GDTF nor photometry; changes lux: \"Spot\", \"Bare\""));
     EXPECT_GE(scene->materials.size(), 1u);
     EXPECT_LT(scene->bounds.max.x - scene->bounds.min.x, 10.0);
     EXPECT_EQ(exchange::import_mvr("PK\x05\x06", "s", {}, kRoom).error().code, "not_a_zip");
@@ -182,6 +187,19 @@ TEST(ImportMvr, WhatCannotBeReadIsNamedOrRefused) {
         exchange::import_mvr(show_mvr(fixture("Spot", kHanging), {{"Maker@Head.gdtf", head_gdtf()}}), "s", {}, 20'000);
     ASSERT_FALSE(poor);
     EXPECT_EQ(poor.error().code, "too_large");
+}
+
+// "ü" is one character in the show, and "u" with two dots in an archive that was packed on a Mac; or the other way
+// round.
+TEST(ImportMvr, AccentsMayBeSpeltOtherwise) {
+    const std::string composed = "Gr\xc3\xbcn", decomposed = "gru\xcc\x88n";
+    for (const auto& [in_show, in_archive] : {std::pair(composed, decomposed), std::pair(decomposed, composed)}) {
+        const auto scene = imported(show_mvr(
+            "<Fixture name='Spot'><Matrix>" + kHanging + "</Matrix><GDTFSpec>" + in_show + "</GDTFSpec></Fixture>",
+            {{in_archive + ".gdtf", head_gdtf()}}));
+        ASSERT_EQ(scene->lights.size(), 1u);
+        EXPECT_NEAR(scene->lights[0].profile->flux_lm / 10000, 1.0, 1e-3) << in_archive;
+    }
 }
 
 // Each matrix is fine by itself, what they come to is not.

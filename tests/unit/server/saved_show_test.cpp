@@ -487,8 +487,13 @@ TEST_F(SavedShow, ProfilesThatTakeTooLongAreLeftOutByName) {
     };
     EXPECT_TRUE(says("profile 'mine.ies' is left out"));
     EXPECT_TRUE(says("profile 'spot.ies' is left out"));
-    EXPECT_TRUE(says("light 'wash' is not restored: its profile is missing"));
-    EXPECT_EQ(restored.scene.lights.size(), 2u) << "those of the scene's file, with its profiles";
+    EXPECT_TRUE(says("light 'wash' is dark: its profile is missing"));
+    ASSERT_EQ(restored.scene.lights.size(), 4u);
+    const Light* const wash = find_light(restored.scene, "wash");
+    ASSERT_NE(wash, nullptr);
+    EXPECT_EQ(wash->profile->flux_lm, 0.0);
+    EXPECT_EQ(wash->profile->photometry.diagnostics.at(0).code, "missing_file");
+    EXPECT_EQ(wash->position, find_light(scene, "wash")->position) << "it waits for another profile where it was";
     EXPECT_EQ(restored.scene.master_ratio, scene.master_ratio) << "all else is there";
 }
 
