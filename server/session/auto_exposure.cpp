@@ -7,6 +7,7 @@
 
 #include "server/scene/apply.h"
 #include "server/scene/scene.h"
+#include "server/scene/white.h"
 
 namespace gonio {
 
@@ -61,6 +62,7 @@ void AutoExposure::tend(const Scene& scene, std::int64_t now_ns) {
             geometry_rev_ = scene.geometry_rev;
             note_metered(scene);
             to_.reset();
+            rise_.reset();
         }
     }
     take_answer(scene, now_ns);
@@ -76,6 +78,37 @@ void AutoExposure::tend(const Scene& scene, std::int64_t now_ns) {
         wake();
     });
     if (asked_) note_metered(scene);
+}
+
+// Result: the flux of all luminaires as they are dimmed, lm; of suns their lux.
+static double light_of(const Scene& scene) {
+    double sum_lm = 0.0;
+    for (const Light& light : scene.lights)
+        sum_lm += luminance_of(light_weight(scene, light)) * (light.sun ? 1.0 : light.shining()->flux_lm);
+    return sum_lm;
+}
+
+std::optional<double> AutoExposure::first_light(const Scene& scene, std::int64_t now_ns) {
+    if (!scene.exposure_auto || scene.geometry_rev != geometry_rev_ || looked_rev_ == scene.scene_rev) return {};
+    if (rise_ && now_ns - rise_->changed_ns > kMeteringRest_ns) rise_.reset();
+    const Scene shining = without_flashes(scene);
+    if (rise_) {
+        const double light_lm = light_of(shining);
+        if (!(light_lm > 0.0)) return rise_.reset(), std::nullopt;
+        if (light_lm == rise_->light_lm) return {};
+        rise_ = Rise{rise_->ev100 + std::log2(light_lm / rise_->light_lm), light_lm, now_ns};
+        return rise_->ev100;
+    }
+    if (!dark_ || is_dark(scene)) return {};
+    std::optional<double> ev100;
+    try {
+        ev100 = meter_(shining);
+    } catch (const std::bad_alloc&) {  // then the exposure stays
+    }
+    note_metered(scene);
+    to_.reset();
+    if (ev100) rise_ = Rise{*ev100, light_of(shining), now_ns};
+    return ev100;
 }
 
 void AutoExposure::note_metered(const Scene& scene) {

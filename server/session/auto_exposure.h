@@ -35,6 +35,10 @@ public:
     // With the next turn it is metered, and no difference is too small.
     void ask() { at_once_ = true; }
     bool gliding() const { return to_.has_value(); }
+    // Before a frame. Where all was out when it was metered, and something shines now, that frame already has its
+    // exposure: EV100, metered at once, which takes some 50 ms. As long as levels rise from there, the exposure follows
+    // them.
+    std::optional<double> first_light(const Scene& scene, std::int64_t now_ns);
     // Result: the exposure of now while it glides, EV100.
     std::optional<double> step(std::int64_t now_ns);
 
@@ -57,6 +61,12 @@ private:
     std::int64_t changed_ns_ = 0, began_ns_ = 0;
     double from_ = 0.0;
     std::optional<double> to_;
+    // Since light came into the dark: what was metered, of how much light, and when that changed last.
+    struct Rise {
+        double ev100, light_lm;
+        std::int64_t changed_ns;
+    };
+    std::optional<Rise> rise_;
 };
 
 }  // namespace gonio

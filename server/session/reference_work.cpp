@@ -112,6 +112,14 @@ void ReferenceWork::add_counters(v1::Stats& stats) const {
     stats.set_reference_passes(passes_.load());
 }
 
+// Result: the settings with what is left of max_seconds: making the scene ready counts too.
+static trace::Settings settings_since(std::int64_t began_ns, trace::Settings settings) {
+    constexpr double kLeast = 1e-3;
+    if (settings.max_seconds > 0.0)
+        settings.max_seconds = std::max(kLeast, settings.max_seconds - seconds_since(began_ns));
+    return settings;
+}
+
 void ReferenceWork::work() {
     // What this thread starts inherits its scheduling: the threads that build the acceleration structure too.
     const sched_param none{};
@@ -129,18 +137,22 @@ void ReferenceWork::work() {
             run.news.put(reached);
         };
         std::shared_ptr<const trace::World> world;
+        const std::int64_t began_ns = monotonic_ns();
         if (!stop.stop_requested()) latest = world = trace::make_world(job.scene, latest.get());
         v1::ServerMessage message;
         if (const auto* meter = std::get_if<MeterRequest>(&job.request)) {
             if (world) {
-                auto readings = traced_readings(*world, *meter, stop, note);
+                MeterRequest request = *meter;
+                request.settings = settings_since(began_ns, meter->settings);
+                auto readings = traced_readings(*world, request, stop, note);
                 message = meter->answer ? meter->answer(std::move(readings))
                                         : meter_message(std::move(readings), meter->grid);
             }
         } else if (const auto* report = std::get_if<LuxReportRequest>(&job.request)) {
             if (world) message = traced_report(world, job.scene, *report, stop, note);
         } else if (world) {
-            const CaptureRequest& capture = std::get<CaptureRequest>(job.request);
+            CaptureRequest capture = std::get<CaptureRequest>(job.request);
+            capture.settings = settings_since(began_ns, capture.settings);
             auto traced = trace_capture(world, job.scene, capture, stop, note);
             if (traced && capture.legend) draw_legend(traced->picture, job.scene, capture.view);
             if (traced) message = capture_message(traced->picture, capture.view, capture.format, job.scene.scene_rev);

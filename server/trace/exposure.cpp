@@ -43,6 +43,7 @@ std::vector<double> metered_values(const Scene& scene, Quantity quantity) {
 
 std::optional<double> metered_ev100(const Scene& scene) {
     constexpr double kKey = 0.4, kLow = 0.5, kHigh = 0.98;
+    constexpr double kBrightest = 1.3;  // of white: beyond it the tone curve leaves no detail (display.glsl)
     const std::vector<double> nits = metered_values(scene, Quantity::radiance);
     if (nits.empty()) return std::nullopt;
     const auto place = [&](double share) { return static_cast<std::size_t>(share * static_cast<double>(nits.size())); };
@@ -54,7 +55,9 @@ std::optional<double> metered_ev100(const Scene& scene) {
         ++count;
     }
     if (count == 0) return std::nullopt;
-    return within_exposure(sum / static_cast<double>(count) - std::log2(1.2 * kKey));
+    const double highlight_nit = nits[std::min(place(kHigh), nits.size() - 1)];
+    return within_exposure(std::max(sum / static_cast<double>(count) - std::log2(1.2 * kKey),
+                                    std::log2(highlight_nit / (1.2 * kBrightest))));
 }
 
 std::optional<double> metered_range(const Scene& scene, View view) {

@@ -220,7 +220,8 @@ struct Picture::Data {
     bool exact = false;  // one pass is the whole truth
     Progress progress;
     std::uint32_t next_check = kPixelStreams, last_check = 0;
-    double seconds = 0.0;  // of refine() so far
+    double seconds = 0.0;       // of refine() so far
+    double pass_seconds = 0.0;  // of each of the latest passes
 
     // dice: of the surfaces that the ray passes.
     Pixel look(double x, double y, std::uint32_t dice) const {
@@ -428,10 +429,14 @@ Progress Picture::refine(double seconds, std::stop_token stop) {
     Data& d = *data_;
     const std::int64_t begin_ns = monotonic_ns();
     const auto spent = [&] { return seconds_since(begin_ns); };
-    const auto late = [&] { return d.settings.max_seconds > 0.0 && d.seconds + spent() >= d.settings.max_seconds; };
+    // A pass that would end more than a twentieth late is not begun. The first always is: no picture has less.
+    constexpr double kLate = 1.05;
+    const auto late = [&] {
+        return d.settings.max_seconds > 0.0 && d.progress.passes > 0 &&
+               d.seconds + spent() + d.pass_seconds > kLate * d.settings.max_seconds;
+    };
     if (d.settings.max_seconds > 0.0) seconds = std::min(seconds, d.settings.max_seconds - d.seconds);
     std::uint32_t batch = 1;
-    double pass_seconds = 0.0;
     while (!d.progress.complete && !stop.stop_requested()) {
         batch = std::min({batch, d.next_check - d.progress.passes, d.settings.max_passes - d.progress.passes});
         const double before = spent();
@@ -443,14 +448,14 @@ Progress Picture::refine(double seconds, std::stop_token stop) {
         });
         if (!whole) break;
         d.progress.passes += batch;
-        pass_seconds = (spent() - before) / batch;
+        d.pass_seconds = (spent() - before) / batch;
         if (d.progress.passes >= d.settings.max_passes || late()) d.progress.complete = true;
         if (d.exact || d.progress.passes == d.next_check)
             d.check(false);
         else if (d.progress.complete && d.progress.passes >= kPixelStreams)
             d.check(true);
         if (spent() >= seconds) break;
-        batch = static_cast<std::uint32_t>(std::clamp((seconds - spent()) / std::max(pass_seconds, 1e-9), 1.0, 64.0));
+        batch = static_cast<std::uint32_t>(std::clamp((seconds - spent()) / std::max(d.pass_seconds, 1e-9), 1.0, 64.0));
     }
     d.seconds += spent();
     d.progress.seconds_left = d.seconds_left();

@@ -28,8 +28,8 @@ struct Settings {
                                 // the root mean square over the pixels relative to their mean for pictures
     std::uint32_t min_passes = 8;         // of a picture, a multiple of 8: its noise is not asked before
     std::uint32_t max_passes = 1u << 20;  // samples per receiver at most; what is reached by then is reported
-    double max_seconds = 0.0;  // ends with what it has after about this long, with 64 samples a stream or a pass at
-                               // least; 0: no bound
+    double max_seconds = 0.0;  // ends with what it has before it would take a twentieth longer, with 64 samples a
+                               // stream or a pass at least; 0: no bound
     std::uint32_t seed = 1;
     int threads = 0;    // 0: thread_count()
     bool idle = false;  // threads yield to everything else on the machine (SCHED_IDLE): beside live frames

@@ -90,6 +90,25 @@ TEST(Exposure, NeitherALampNorTheDarkCount) {
     EXPECT_NEAR(metered(), bright, 0.1) << "a lamp";
 }
 
+// A screen of 100 cd/m² in a seventh of the picture, in a room of 1 cd/m²: the mean of the bright half would show it at
+// six times white. Now its brightest parts are 1.3 of it. Void around the room counts for nothing.
+TEST(Exposure, HighlightsKeepTheirDetail) {
+    const auto square = [](double side, double y) {
+        return quad({-side, y, side}, {side, y, side}, {side, y, -side}, {-side, y, -side});
+    };
+    const double half = std::tan(0.35) * 3.0;  // of the picture's side at the floor
+    const auto metered = [&](double room_side) {
+        Scene scene = scene_with({{square(room_side, 0), glm::vec3(0.0f), glm::vec3(1.0f)},
+                                  {square(0.38 * half, 0.001), glm::vec3(0.0f), glm::vec3(100.0f)}},
+                                 isotropic(1.0), {0, 1, 0});
+        scene.lights[0].level_ratio = 0.0;
+        scene.camera = {{0, 3, 0.0001}, {0, 0, 0}, 0.7};
+        return *trace::metered_ev100(scene);
+    };
+    EXPECT_NEAR(metered(100.0), std::log2(100.0 / 1.56), 0.05);
+    EXPECT_NEAR(metered(0.9 * half), std::log2(100.0 / 1.56), 0.05) << "with void around";
+}
+
 TEST(Exposure, TheBuiltInScenesHaveTheirOwn) {
     for (const auto& asset : {make_cornell(), make_atrium(), make_corridor(), make_stage(2)}) {
         const auto ev100 = trace::metered_ev100(scene_of(asset));
@@ -196,6 +215,29 @@ TEST_F(Automatic, LevelsAreSeenAsTheyAreRidden) {
     dim(0.01);
     for (const double s : {14.0, 15.1, 16.0}) turn(s);
     EXPECT_EQ(metered, 2) << "once";
+}
+
+// The frame that the first light comes on with is exposed for it, and as it fades in the exposure follows: 100 times
+// the light is 6.64 stops.
+TEST_F(Automatic, LightThatComesIntoTheDarkIsExposedAtOnce) {
+    dim(0.0);
+    answer.reset();
+    move(0.3);
+    for (const double s : {1.0, 2.1, 2.5}) turn(s);
+    ASSERT_EQ(metered, 1) << "it is dark";
+    EXPECT_FALSE(exposure->first_light(scene, 3'000'000'000));
+    answer = -2.5;
+    dim(0.01);
+    EXPECT_EQ(exposure->first_light(scene, 3'100'000'000), -2.5);
+    EXPECT_EQ(metered, 2);
+    dim(1.0);
+    const auto risen = exposure->first_light(scene, 3'200'000'000);
+    ASSERT_TRUE(risen);
+    EXPECT_NEAR(*risen, -2.5 + std::log2(100.0), 1e-9);
+    EXPECT_EQ(metered, 2) << "by its levels alone";
+    EXPECT_FALSE(exposure->first_light(scene, 3'300'000'000)) << "nothing changed";
+    dim(0.5);
+    EXPECT_FALSE(exposure->first_light(scene, 5'000'000'000)) << "from then on levels are seen as they are ridden";
 }
 
 // A metering takes a while: what it found of a scene that was replaced meanwhile is nothing to the next one.
