@@ -32,6 +32,16 @@ Result<bool> find_server(Session& session, const ReadWords& words) {
     return true;
 }
 
+// gonio help [COMMAND…]: what COMMAND --help prints. Result: the exit code.
+int help(const Session& session, const std::vector<std::string>& command) {
+    const ReadWords words = read_command_line(command);
+    // A command whose words are missing is what help is for.
+    if (!command.empty() && !words.command && (words.group.empty() || words.group != command.back()))
+        return session.fail(*words.fault);
+    session.out << help_text(words);
+    return kExitOk;
+}
+
 }  // namespace
 
 int run_cli(std::span<const std::string> args, std::ostream& out, std::ostream& err) {
@@ -44,12 +54,14 @@ int run_cli(std::span<const std::string> args, std::ostream& out, std::ostream& 
         (args.empty() ? err : out) << help_text(words);
         return args.empty() ? kExitUsage : kExitOk;
     }
-    if (words.has("--version")) {
+    const auto is = [&](const char* name) { return words.command != nullptr && words.command->name == name; };
+    if (words.has("--version") || is("version")) {
         out << kVersion;
         return kExitOk;
     }
     Session session{{}, {}, {}, {}, words.has("--json"), out, err};
     if (words.fault) return session.fail(*words.fault);
+    if (is("help")) return help(session, words.names);
     constexpr std::array kOffline = {"photometry", "convert", "bake", "doctor"};  // work without a server
     if (std::ranges::find(kOffline, words.command->name) == kOffline.end())
         if (const auto found = find_server(session, words); !found) return session.fail(found.error());

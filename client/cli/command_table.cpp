@@ -114,6 +114,9 @@ constexpr WordRow kSaveShow[] = {
 constexpr WordRow kSaveShowOptions[] = {{"--replace", "", flag, "replace", "also another show of this name"}};
 constexpr WordRow kSceneFile[] = {
     {"OUT", "", scene_file, "format", "file to write: .glb (binary glTF) or .mvr (MVR show)"}};
+constexpr WordRow kRenameShow[] = {{"NAME", "", text, "name", "as gonio shows lists it"},
+                                   {"NEW", "", text, "new_name", "1 to 100 bytes, no path"}};
+constexpr WordRow kRemoveShow[] = {{"NAME", "", text, "name", "as gonio shows lists it"}};
 constexpr WordRow kOpenShow[] = {{"NAME", "", text, "name", "as gonio shows lists it"}};
 constexpr WordRow kOpenShowOptions[] = {
     {"--upload", "", flag, "", "NAME is a file of this machine, which is sent first"}};
@@ -153,7 +156,13 @@ constexpr WordRow kLuxReport[] = {
     {"--size", "WxH", size, "width_px", "of the pictures, pixels; default: 960 wide, as the scene's is shaped"},
 };
 
+constexpr WordRow kHelp[] = {{"[COMMAND…]", "", text, "", "set light; default: all commands"}};
+
 constexpr WordCommand kCommands[] = {
+    {"help", "", "prints all commands, or the options of one", kHelp, {}},
+    {"version", "", "prints the version of gonio", {}, {}},
+    {"light list", "get_state", "prints a line for each light", {}, {}},
+    {"group list", "get_state", "prints a line for each group of lights", {}, {}},
     {"grid list", "get_state", "prints a line for each calculation grid", {}, {}},
     {"grid values", "grid", "reads a calculation grid: mean, minimum, uniformity, checks and values", kGridName,
      kGridValues},
@@ -165,6 +174,8 @@ constexpr WordCommand kCommands[] = {
     {"save show", "save_show", "keeps the show in the server's folder of shows", kSaveShow, kSaveShowOptions},
     {"save scene", "capture", "writes the scene as it stands to a file of this machine", kSceneFile, {}},
     {"open show", "command.open_show", "replaces the scene by a show", kOpenShow, kOpenShowOptions},
+    {"show rename", "rename_show", "gives a show in the server's folder another name", kRenameShow, {}},
+    {"show remove", "remove_show", "removes a show from the server's folder, for good", kRemoveShow, {}},
     {"shows", "shows", "lists the shows in the server's folder, or prints one", kShows, kShowsOptions},
     {"gels", "gels", "lists the gels that set light --gel takes", {}, {}},
     {"library", "library", "lists the profiles that lights can have by name", kSearch, kLibraryOptions},
@@ -209,7 +220,7 @@ constexpr WordRow kOptions[] = {
     {"--role", "ROLE", text, "", "viewer: may look and ask, not change anything"},
     {"--json", "", flag, "", "one line of JSON, also for refusals"},
     {"--help", "", flag, "", "also -h; after a command: what that command takes"},
-    {"--version", "", flag, "", ""},
+    {"--version", "", flag, "", "also gonio version"},
 };
 
 }  // namespace

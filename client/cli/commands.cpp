@@ -81,7 +81,9 @@ int change(const Session& session, const ReadWords& words) {
     auto answer = session.ask(std::move(message), {Answer::kResult});
     if (!answer && answer.error().code == "not_found" && answer.error().where == "profile" && !*attached) {
         Error error = answer.error();
-        error.message = "The file does not exist, and the server's library has no profile of this name.";
+        const std::size_t hint = std::min(error.message.find(" Did you mean"), error.message.size());
+        error.message = "The file does not exist, and the server's library has no profile of this name." +
+                        error.message.substr(hint);
         return session.fail(error);
     }
     return told(session, std::move(answer), merge);
@@ -120,7 +122,22 @@ int cue_list(const Session& session, const ReadWords& words) {
     });
 }
 
-int save_show(const Session& session, const ReadWords& words) {
+int light_list(const Session& session, const ReadWords& words) {
+    return ask(session, words.message, {Answer::kState}, [&](const Answer& answer) {
+        if (!session.json) return (void)(session.out << lights_table(answer.state()));
+        session.out << "{\"lights\":" << *json_at(answer.state(), "lights", true) << "}\n";
+    });
+}
+
+int group_list(const Session& session, const ReadWords& words) {
+    return ask(session, words.message, {Answer::kState}, [&](const Answer& answer) {
+        if (!session.json) return (void)(session.out << groups_table(answer.state()));
+        session.out << "{\"groups\":" << *json_at(answer.state(), "groups", true) << "}\n";
+    });
+}
+
+// What the words say is the whole message, and a Result its answer.
+int edit_shows(const Session& session, const ReadWords& words) {
     return session.change(words.message);
 }
 
@@ -385,7 +402,9 @@ int run_command(const Session& session, const ReadWords& words) {
         int (*run)(const Session&, const ReadWords&);
     };
     constexpr Row rows[] = {{"get", get},
-                            {"save show", save_show},
+                            {"save show", edit_shows},
+                            {"show rename", edit_shows},
+                            {"show remove", edit_shows},
                             {"save scene", save_scene},
                             {"shows", shows},
                             {"gels", gels},
@@ -393,6 +412,8 @@ int run_command(const Session& session, const ReadWords& words) {
                             {"pick", pick},
                             {"library", library},
                             {"capture", capture},
+                            {"light list", light_list},
+                            {"group list", group_list},
                             {"preset list", preset_list},
                             {"cue list", cue_list},
                             {"view list", view_list},

@@ -34,6 +34,10 @@ std::string library_table(const v1::Library& library);
 // Result: a line for each endpoint that is listened at, then one for each sender and universe: who wins, what it sends.
 std::string sources_table(const v1::Sources& sources);
 
+// Result: a line for each light, for each group of lights.
+std::string lights_table(const v1::State& state);
+std::string groups_table(const v1::State& state);
+
 // Result: a line for each show, for each gel.
 std::string shows_table(const v1::Shows& shows);
 std::string gels_table(const v1::Gels& gels);

@@ -10,9 +10,24 @@
 
 namespace gonio {
 
+// Result: a segment of a path; RFC 3986, 2.1 and 2.3.
+static std::string percent_encoded(const std::string& text) {
+    constexpr std::string_view kPlain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~";
+    constexpr char kDigits[] = "0123456789ABCDEF";
+    std::string encoded;
+    for (const char c : text) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (kPlain.find(c) != kPlain.npos)
+            encoded += c;
+        else
+            encoded.append({'%', kDigits[byte >> 4], kDigits[byte & 15]});
+    }
+    return encoded;
+}
+
 Result<bool> upload(const ServerAddress& address, const std::string& token, const std::string& file,
                     const std::string& name) {
-    http::request<http::file_body> request(http::verb::put, "/v1/uploads/" + name, 11);
+    http::request<http::file_body> request(http::verb::put, "/v1/uploads/" + percent_encoded(name), 11);
     request.set(http::field::host, address.host_header());
     if (!token.empty()) request.set(http::field::authorization, "Bearer " + token);
     error_code error;

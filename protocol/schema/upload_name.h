@@ -1,5 +1,4 @@
-// Names of uploaded files: letters, digits, '.', '_' and '-', no dot in front. The ending is one that a scene may have
-// or refer to, that of a photometric file, or that of a saved show. Such a name is no path.
+// Names of uploaded files. Such a name is no path.
 #pragma once
 
 #include <algorithm>
@@ -11,12 +10,13 @@
 namespace gonio {
 
 inline constexpr std::string_view kUploadPrefix = "upload:";  // of load_scene.file, open_show.name
-inline constexpr std::size_t kMaxUploadName = 64;
+inline constexpr std::size_t kMaxUploadName =
+    120;  // bytes: with the prefix it is a name of at most 128 (kMaxNameBytes)
 
-// LM-63, EULUMDAT, TM-33 (twice), GLDF, and an archive with one of them. Readers decide by content; the endings are for
-// lists of files.
-inline constexpr std::array<std::string_view, 6> kPhotometryEndings = {".ies",    ".ldt",  ".xml",
-                                                                       ".iesxml", ".gldf", ".zip"};
+// LM-63, EULUMDAT, TM-33 (twice), GLDF, GDTF, and an archive with one of the others. Readers of photometry decide by
+// content; the endings are for lists of files.
+inline constexpr std::array<std::string_view, 7> kPhotometryEndings = {".ies",  ".ldt",  ".xml", ".iesxml",
+                                                                       ".gldf", ".gdtf", ".zip"};
 
 // Result: what follows the last dot, with it, in lower case; "" without a dot.
 inline std::string ending_of(std::string_view name) {
@@ -30,14 +30,13 @@ inline bool is_photometry_name(std::string_view name) {
     return std::ranges::find(kPhotometryEndings, ending_of(name)) != kPhotometryEndings.end();
 }
 
-inline bool is_upload_name(std::string_view name) {
-    if (name.empty() || name.size() > kMaxUploadName || name.front() == '.') return false;
-    for (const char c : name) {
-        const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
-        if (!letter && c != '.' && c != '_' && c != '-') return false;
-    }
-    const std::string ending = ending_of(name);
-    return ending == ".glb" || ending == ".gltf" || ending == ".mvr" || ending == ".json" || is_photometry_name(name);
-}
+// Result: whether an upload may have this name. It is UTF-8 of at most kMaxUploadName bytes without control characters,
+// '/', '\\' and '"'. No dot is in front, and no blank at either end. Its ending is one that a scene may have or refer
+// to, that of a photometric file, or that of a saved show.
+bool is_upload_name(std::string_view name);
+// What a refusal says of another name.
+inline constexpr std::string_view kUploadNameRule =
+    "must be UTF-8 of at most 120 bytes without / \\ and \", that begins with no dot or blank and ends in .glb, .gltf, "
+    ".mvr, .json, .ies, .ldt, .xml, .iesxml, .gldf, .gdtf or .zip";
 
 }  // namespace gonio

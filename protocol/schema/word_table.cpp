@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <charconv>
 #include <numbers>
-#include <numeric>
 
 #include "protocol/schema/words.h"
+#include "protocol/text/css_color.h"
+#include "protocol/text/did_you_mean.h"
 
 namespace gonio {
 namespace {
@@ -55,6 +56,11 @@ MaybeValue ratio_value(Text text) {
 MaybeValue vector_value(Text text) {
     auto numbers = parse_vector(text);
     return numbers ? MaybeValue({std::move(*numbers), {}}) : std::nullopt;
+}
+
+MaybeValue color_value(Text text) {
+    const auto color = parse_css_color(text);
+    return color ? MaybeValue({{color->begin(), color->end()}, {}}) : vector_value(text);
 }
 
 MaybeValue vector_or_auto_value(Text text) {
@@ -151,6 +157,8 @@ constexpr FormRow kForms[] = {
     {WordForm::whole, "a whole number from -2147483648 to 2147483647", whole_value},
     {WordForm::edge_samples, "a whole number from 1 to 64", edge_samples_value},
     {WordForm::vector, "numbers with commas between, like 1,2,3", vector_value},
+    {WordForm::color, "three numbers with commas between, like 1,0.5,0, a colour of CSS, like orange, or #ff8800",
+     color_value},
     {WordForm::vector_or_auto, "up to 16 numbers with commas between, like 100,200,500, or auto", vector_or_auto_value},
     {WordForm::size, "two whole numbers above 0 with an x between, like 800x600", size_value},
     {WordForm::seconds, "a number or a fraction, like 0.5 or 1/60", seconds_value},
@@ -215,40 +223,12 @@ void put(Message* whole, const WordRow& row, const Value& value) {
 void take_value(ReadWords& read, const WordRow& row, std::string_view where, Text text) {
     const FormRow& form = kForms[static_cast<std::size_t>(row.form)];
     const auto value = form.read(text);
+    constexpr double kLeastPercent = 2, kMostPercent = 100;  // numbers that no ratio is near, but percentages may be
+    if (const double number = row.form == WordForm::ratio && value && !text.ends_with('%') ? value->numbers[0] : 0;
+        number >= kLeastPercent && number <= kMostPercent)
+        return fail(read, usage(where, text, "This must be from 0 to 1, or a percentage. Did you mean " + text + "%?"));
     if (!value) return fail(read, usage(where, text, std::string("This must be ") + form.expected + "."));
     if (!row.field.empty()) put(target(read), row, *value);
-}
-
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (const char letter : a) {
-        std::size_t diagonal = row[0]++;
-        for (std::size_t j = 0; j < b.size(); ++j) {
-            const std::size_t replaced = diagonal + (letter == b[j] ? 0 : 1);
-            diagonal = row[j + 1];
-            row[j + 1] = std::min({replaced, diagonal + 1, row[j] + 1});
-        }
-    }
-    return row[b.size()];
-}
-
-// Result: " Did you mean X?" for the nearest of `known` that at most two letters tell apart; empty where none is near.
-std::string did_you_mean(std::string_view word, std::span<const std::string_view> known) {
-    const auto letters = [](std::string_view name) {
-        return name.substr(std::min(name.size(), name.find_first_not_of('-')));
-    };
-    std::size_t nearest = 3;
-    std::string_view best;
-    for (const std::string_view name : known) {
-        const auto [shorter, longer] = std::minmax({letters(word).size(), letters(name).size()});
-        if (longer - shorter > 2) continue;
-        const std::size_t distance = edit_distance(letters(word), letters(name));
-        if (distance >= nearest || distance >= shorter) continue;
-        nearest = distance;
-        best = name;
-    }
-    return best.empty() ? "" : " Did you mean " + std::string(best) + "?";
 }
 
 // Result: how many of a command's names there must be at least and at most.
@@ -315,6 +295,47 @@ std::vector<std::string_view> next_words(std::span<const WordCommand> table, std
     return words;
 }
 
+// What people type who know other programs, and what it is called here.
+struct Hint {
+    std::string_view word, use;
+};
+constexpr Hint kHints[] = {
+    {"info", "get, or stats"},
+    {"status", "stats"},
+    {"list", "light list; likewise group, cue, grid, view, preset"},
+    {"ls", "light list"},
+    {"lights", "light list"},
+    {"groups", "group list"},
+    {"cues", "cue list"},
+    {"presets", "preset list"},
+    {"views", "view list"},
+    {"grids", "grid list"},
+    {"delete", "remove light NAME; for others cue remove, grid remove, view remove, preset remove"},
+    {"rm", "remove light NAME"},
+    {"render", "capture OUT.png"},
+    {"screenshot", "capture OUT.png"},
+    {"go", "cue go"},
+    {"back", "cue back"},
+    {"stop", "cue stop"},
+    {"goto", "cue goto NUMBER"},
+    {"record", "cue add NUMBER, or preset save NAME"},
+    {"blackout", "set master 0"},
+    {"master", "set master RATIO"},
+    {"dim", "set light NAME --level RATIO"},
+    {"level", "set light NAME --level RATIO"},
+    {"camera", "set camera"},
+    {"exposure", "set exposure EV"},
+    {"import", "load scene FILE"},
+    {"export", "save scene OUT.glb"},
+};
+
+// Result: " Use gonio X." for a word that is no command, but a habit; empty: it is none.
+std::string hint_for(const ReadWords& read, std::string_view word) {
+    const auto found = std::ranges::find(kHints, word, &Hint::word);
+    if (!read.group.empty() || found == std::end(kHints)) return {};
+    return " Use: gonio " + std::string(found->use) + ".";
+}
+
 // word: what stands in place of a command's word; empty: nothing.
 Error no_such_command(const ReadWords& read, const Grammar& grammar, std::string_view word) {
     const auto known = next_words(grammar.table, read.group);
@@ -322,7 +343,9 @@ Error no_such_command(const ReadWords& read, const Grammar& grammar, std::string
     if (!read.group.empty()) message = "After " + read.group + " comes one of:";
     for (const std::string_view name : known)
         if (!read.group.empty()) message += " " + std::string(name);
-    return usage(read.group, word, message + (read.group.empty() ? "" : ".") + did_you_mean(word, known));
+    const std::string hint = hint_for(read, word);
+    return usage(read.group, word,
+                 message + (read.group.empty() ? "" : ".") + (hint.empty() ? did_you_mean(word, known) : hint));
 }
 
 void take_command_word(ReadWords& read, const Grammar& grammar, const std::string& word) {
@@ -340,6 +363,18 @@ void take_command_word(ReadWords& read, const Grammar& grammar, const std::strin
         target(read);
     else
         read.group = word;
+}
+
+// Result: whether the word goes on with the command's name: "list" after "group", which is a command by itself.
+bool goes_on(ReadWords& read, const Grammar& grammar, const std::string& word) {
+    if (!read.names.empty()) return false;
+    const std::string name = std::string(read.command->name) + " " + word;
+    const auto longer = std::ranges::find(grammar.table, name, &WordCommand::name);
+    if (longer == grammar.table.end()) return false;
+    read.command = &*longer;
+    read.message.Clear();
+    target(read);
+    return true;
 }
 
 void take_name(ReadWords& read, const std::string& word) {
@@ -379,6 +414,8 @@ ReadWords read_words(Words words, const Grammar& grammar) {
             only_names = true;
         else if (is_option)
             take_option(read, grammar, words, i);
+        else if (read.command && !only_names && goes_on(read, grammar, word))
+            continue;
         else if (read.command)
             take_name(read, word);
         else

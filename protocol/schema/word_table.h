@@ -31,7 +31,8 @@ enum class WordForm : std::uint8_t {
     whole,           // a whole number, below 0 too
     edge_samples,    // a whole number from 1 to 64
     vector,          // 1,2,3; how many there must be is the server's business
-    vector_or_auto,  // likewise; or auto: none
+    color,           // 1,0.5,0, linear; or a colour of CSS; or #rrggbb
+    vector_or_auto,  // as vector; or auto: none
     size,            // 800x600, both above 0: into a field and the next one, or into a repeated one
     seconds,         // a number or a fraction: 1/60
     on_or_off,       // true or false

@@ -33,7 +33,11 @@ bool is_ratio(const PropertyRow& row) {
 }
 
 WordForm form_of(const PropertyRow& row) {
-    return row.values == 3 ? vector : row.unit != 1 ? degrees : is_ratio(row) ? ratio : number;
+    return row.property == Property::color ? color
+           : row.values == 3               ? vector
+           : row.unit != 1                 ? degrees
+           : is_ratio(row)                 ? ratio
+                                           : number;
 }
 
 // Result: "EV100, -10 to 24": what a value is and what the server takes.

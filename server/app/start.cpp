@@ -255,9 +255,11 @@ Scene first_scene(const Options& options, Revision* restored_rev, UndoRecord* un
     if (!whole && options.serves()) keep_show_aside(options.state_file);  // a job saves nothing
     if (undo != nullptr && same) *undo = restored_undo(options, state_sha256, scene);
     scene.traced = std::make_shared<const trace::Geometry>(scene.asset);
-    if (!same)
+    if (!same) {
         if (const std::string hint = trace::take_first_view(scene); !hint.empty())
             spdlog::warn("{}: {}", scene.asset->name, hint);
+        scene.home = scene.camera;
+    }
     if (!same && !scene.asset->exposure_ev100)
         scene.exposure_ev100 = trace::metered_ev100(scene).value_or(scene.exposure_ev100);
     if (options.serves()) scene.drawn = lighting::make_drawn(scene.traced, true);

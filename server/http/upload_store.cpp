@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "protocol/schema/upload_name.h"
+#include "protocol/text/shortened_text.h"
 #include "server/base/own_folder.h"
 
 namespace gonio {
@@ -94,9 +95,7 @@ std::optional<std::uint64_t> UploadStore::size_of(const std::string& name) const
 
 Result<UploadPart> UploadStore::begin(const std::string& name, std::uint64_t declared_bytes) {
     if (!is_upload_name(name))
-        return Error{"invalid_argument", "name", name.substr(0, 80),
-                     "must be at most 64 letters, digits, '.', '_' and '-' that end in .glb, .gltf, .mvr, .json, .ies, "
-                     ".ldt, .xml, .iesxml, .gldf or .zip"};
+        return Error{"invalid_argument", "name", shortened_text(name, kMaxUploadName), std::string(kUploadNameRule)};
     if (declared_bytes > limits_.upload_bytes)
         return Error{"too_large", name, std::to_string(declared_bytes) + " bytes",
                      "An upload has at most " + std::to_string(limits_.upload_bytes) + " bytes."};

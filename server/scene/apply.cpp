@@ -117,8 +117,7 @@ void save_preset(Scene& scene, const std::string& given, const Loaded& loaded) {
 }
 
 void remove_preset(Scene& scene, const std::string& name) {
-    if (scene.presets.erase(name) == 0)
-        refuse("not_found", "remove_preset.name", name, "there is no preset of this name");
+    if (scene.presets.erase(name) == 0) refuse_unknown("remove_preset.name", name, "preset", scene.presets);
     if (scene.recalled == name) scene.recalled.clear();
     note_preset(scene, name);
     scene.presets_rev = scene.scene_rev + 1;
@@ -126,8 +125,7 @@ void remove_preset(Scene& scene, const std::string& name) {
 
 void recall_preset(Scene& scene, const v1::RecallPreset& recall) {
     const auto preset = scene.presets.find(recall.name());
-    if (preset == scene.presets.end())
-        refuse("not_found", "recall_preset.name", recall.name(), "there is no preset of this name");
+    if (preset == scene.presets.end()) refuse_unknown("recall_preset.name", recall.name(), "preset", scene.presets);
     const bool fades = checked(recall.fade_s(), 0.0, kMaxFade_s, "recall_preset.fade_s") > 0;
     bring_about(scene, *preset->second, fades);
     change(scene, scene.recalled, recall.name(), scene.presets_rev);
@@ -286,6 +284,8 @@ Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& lo
         const v1::Patch patch = patch_in_force(scene);
         applied.warnings.assign(patch.warnings().begin(), patch.warnings().end());
     }
+    if (command.set_view().work_light())
+        if (std::string why = why_no_work_light(scene); !why.empty()) applied.warnings.push_back(std::move(why));
     for (const Light& light : scene.lights)
         if (std::string failure = untold_failure(light); !failure.empty())
             applied.warnings.push_back(std::move(failure));
@@ -329,7 +329,7 @@ Camera framing(const Bounds& bounds) {
 Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
     Scene scene;
     scene.scene_rev = scene.show_rev = scene.edited_rev = revision;
-    scene.camera = asset->cameras.empty() ? framing(asset->bounds) : asset->cameras.front();
+    scene.camera = scene.home = asset->cameras.empty() ? framing(asset->bounds) : asset->cameras.front();
     scene.exposure_ev100 = asset->exposure_ev100.value_or(scene.exposure_ev100);
     scene.patch = asset->patch;
     for (const LightSeed& seed : asset->lights) {

@@ -44,14 +44,12 @@ void save_view(Scene& scene, const v1::SaveView& save) {
 
 void recall_view(Scene& scene, const std::string& name) {
     const auto view = scene.saved_views.find(name);
-    if (view == scene.saved_views.end())
-        refuse("not_found", "recall_view.name", name, "there is no saved view of this name");
+    if (view == scene.saved_views.end()) refuse_unknown("recall_view.name", name, "saved view", scene.saved_views);
     move_camera(scene, view->second);
 }
 
 void remove_view(Scene& scene, const std::string& name) {
-    if (scene.saved_views.erase(name) == 0)
-        refuse("not_found", "remove_view.name", name, "there is no saved view of this name");
+    if (scene.saved_views.erase(name) == 0) refuse_unknown("remove_view.name", name, "saved view", scene.saved_views);
     scene.saved_views_rev = scene.scene_rev + 1;
 }
 

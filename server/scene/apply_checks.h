@@ -3,9 +3,12 @@
 
 #include <cmath>
 #include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "ies/core/result.h"
+#include "protocol/text/did_you_mean.h"
 #include "protocol/text/shortened_text.h"
 #include "server/scene/light_values.h"
 #include "server/scene/limits.h"
@@ -20,6 +23,16 @@ struct Refused {
 
 [[noreturn]] inline void refuse(std::string code, std::string where, std::string value, std::string message) {
     throw Refused{{std::move(code), std::move(where), std::move(value), std::move(message)}};
+}
+
+// Refuses a name that none of a kind has, such as "preset". known: all of that kind, by name.
+template <typename Known>
+[[noreturn]] void refuse_unknown(std::string where, const std::string& name, const std::string& kind,
+                                 const Known& known) {
+    std::vector<std::string_view> names;
+    for (const auto& [other, value] : known) names.push_back(other);
+    refuse("not_found", std::move(where), shortened_text(name, kMaxNameBytes),
+           with_hint("there is no " + kind + " of this name", name, names));
 }
 
 // How far beyond an end of its range a value may be and still counts as that end. Clients sum in 32 bits: eleven steps

@@ -60,8 +60,7 @@ void take_fields(const v1::CueEdit& edit, const std::string& prefix, Cue& cue) {
 
 std::shared_ptr<const Preset> preset_named(const Scene& scene, const std::string& name, const std::string& field) {
     const auto preset = scene.presets.find(name);
-    if (preset == scene.presets.end())
-        refuse("not_found", field, shortened_text(name, kMaxNameBytes), "there is no preset of this name");
+    if (preset == scene.presets.end()) refuse_unknown(field, name, "preset", scene.presets);
     return preset->second;
 }
 

@@ -98,8 +98,7 @@ void set_grid(Scene& scene, const v1::Grid& given) {
         refuse("invalid_argument", place + "view", shortened_text(grid.view(), kMaxNameBytes),
                "only the quantity camera has one");
     if (!grid.view().empty() && !scene.saved_views.contains(grid.view()))
-        refuse("not_found", place + "view", shortened_text(grid.view(), kMaxNameBytes),
-               "there is no saved view of this name");
+        refuse_unknown(place + "view", grid.view(), "saved view", scene.saved_views);
     if (grid.spacing().empty()) grid.set_spacing("nearest");
     if (grid.spacing() != "nearest" && grid.spacing() != "up")
         refuse("invalid_argument", place + "spacing", shortened_text(grid.spacing(), kMaxNameBytes),
@@ -122,7 +121,7 @@ void set_grid(Scene& scene, const v1::Grid& given) {
 }
 
 void remove_grid(Scene& scene, const std::string& name) {
-    if (scene.grids.erase(name) == 0) refuse("not_found", "remove_grid.name", name, "there is no grid of this name");
+    if (scene.grids.erase(name) == 0) refuse_unknown("remove_grid.name", name, "grid", scene.grids);
     scene.grids_rev = scene.scene_rev + 1;
 }
 
@@ -140,8 +139,7 @@ void set_observer(Scene& scene, const v1::Observer& given) {
 }
 
 void remove_observer(Scene& scene, const std::string& name) {
-    if (scene.observers.erase(name) == 0)
-        refuse("not_found", "remove_observer.name", name, "there is no observer of this name");
+    if (scene.observers.erase(name) == 0) refuse_unknown("remove_observer.name", name, "observer", scene.observers);
     scene.observers_rev = scene.scene_rev + 1;
 }
 

@@ -88,7 +88,7 @@ void load_scene(Scene& scene, const v1::LoadScene& load, const Loaded& loaded, s
     Scene fresh = scene_of(loaded.asset, scene.scene_rev + 1);
     fresh.traced = loaded.traced;
     fresh.drawn = loaded.drawn;
-    fresh.camera = loaded.camera.value_or(fresh.camera);
+    fresh.camera = fresh.home = loaded.camera.value_or(fresh.camera);
     fresh.exposure_ev100 = loaded.exposure_ev100.value_or(fresh.exposure_ev100);
     fresh.scene_rev = scene.scene_rev;
     fresh.next_light_id += scene.next_light_id;

@@ -118,12 +118,22 @@ void set_view(Scene& scene, const v1::SetView& set) {
     if (set.has_only()) light(set.only(), scene.view_only, "set_view.only");
     if (set.has_compare()) {
         if (!set.compare().empty() && !scene.presets.contains(set.compare()))
-            refuse("not_found", "set_view.compare", set.compare(), "there is no preset of this name");
+            refuse_unknown("set_view.compare", set.compare(), "preset", scene.presets);
         change(scene, scene.view_compare, set.compare(), scene.view_rev);
         if (scene.view_rev > scene.scene_rev) scene.compare_rev = scene.view_rev;
     }
     if (set.has_work_light()) change(scene, scene.work_light, set.work_light(), scene.view_rev);
     if (sets_false_color(set)) set_false_color(scene, view, set);
+}
+
+std::string why_no_work_light(const Scene& scene) {
+    if (!scene.work_light || work_light_on(scene)) return {};
+    const std::string what = "the work light is on, but does not show: ";
+    if (needs_work_light(scene)) return what + "the view " + view_name(scene.view) + " has none";
+    if (!scene.lights.empty() && !scene.asset->instances.empty())
+        return what + std::to_string(scene.lights.size()) +
+               (scene.lights.size() == 1 ? " luminaire lights" : " luminaires light") + " the scene";
+    return what + "surfaces of the scene give light";
 }
 
 void note_preset(Scene& scene, const std::string& name) {

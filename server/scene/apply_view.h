@@ -1,6 +1,8 @@
 // The part of apply() that says what the picture shows of the light, and how: view, false colour, exposure and look.
 #pragma once
 
+#include <string>
+
 #include "server/scene/view.h"
 
 namespace gonio {
@@ -20,6 +22,9 @@ namespace gonio {
 void set_view(Scene& scene, const v1::SetView& set);
 void set_exposure(Scene& scene, const v1::SetExposure& set);
 void set_look(Scene& scene, const v1::SetLook& set);
+
+// Result: why a work light that is switched on does not show; empty: it shows, or is off.
+std::string why_no_work_light(const Scene& scene);
 
 // Where the preset that the picture is compared with is saved anew or goes.
 void note_preset(Scene& scene, const std::string& name);

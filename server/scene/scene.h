@@ -46,6 +46,7 @@ struct Scene {
     std::shared_ptr<const Gels> gels;  // of `goniod --gels`, beside the built-in ones; null: none
     std::string show_name;             // of the file that it was saved to or opened from last; empty: none
     Camera camera;
+    Camera home;  // that the scene began with: its file's first, else the one that was chosen for it
     std::map<std::string, Camera> saved_views;
     std::map<std::string, std::shared_ptr<const v1::Grid>> grids;          // apply_grid.h has checked them
     std::map<std::string, std::shared_ptr<const v1::Observer>> observers;  // likewise

@@ -17,6 +17,7 @@
 #include "server/scene/apply_view.h"
 #include "server/scene/cue.h"
 #include "server/scene/false_color.h"
+#include "server/scene/imported.h"
 #include "server/scene/light_values.h"
 #include "server/scene/opening.h"
 #include "server/scene/orientation.h"
@@ -38,7 +39,7 @@ void put(v1::Camera& out, const Camera& camera) {
     out.set_fov_rad(camera.fov_rad);
 }
 
-void put_light(const Light& light, v1::Light& out) {
+void put_light(const Scene& scene, const Light& light, v1::Light& out) {
     out.set_name(light.name);
     for (const LightRow& light_row : light_rows())
         write_numbers(out, row_of(light_row.property).state_field, light_row, numbers_of(light, light_row));
@@ -47,17 +48,28 @@ void put_light(const Light& light, v1::Light& out) {
     out.set_multiplier(light.multiplier);
     out.set_sun(light.sun);
     out.set_profile(light.profile->name);
+    out.set_product(light.profile->product);
     if (light.gel) out.set_gel(light.gel->name);
     if (light.profile->gobos)
         for (const Gobo& gobo : *light.profile->gobos) out.add_gobos(gobo.name);
     out.set_opening(print_opening(opening_of(light)));
     out.set_opening_of_file(!light.opening);
     out.set_missing(light.missing);
+    out.set_fixture(std::string(fixture_of(scene, light)));
     if (light.sun) {  // parallel light has no intensity
         out.set_sun_lx(luminance_of(own_weight(light)));
     } else {
         out.set_max_cd(light.shining()->peak_cd);
         out.set_flux_lm(light.shining()->flux_lm);
+    }
+}
+
+void put_file_cameras(const SceneAsset& asset, v1::SavedViews& out) {
+    for (std::size_t i = 0; i < asset.cameras.size(); ++i) {
+        v1::SavedView& view = *out.add_views();
+        const std::string name = i < asset.camera_names.size() ? asset.camera_names[i] : "";
+        view.set_name(name.empty() ? "Camera " + std::to_string(i + 1) : name);
+        put(*view.mutable_camera(), asset.cameras[i]);
     }
 }
 
@@ -72,11 +84,13 @@ void put_parts(const Scene& scene, Revision since, v1::State& out) {
             put(out.mutable_bounds()->mutable_max_m(), bounds.max);
         }
         for (const std::string& warning : scene.asset->warnings) out.add_scene_warnings(warning);
+        put(*out.mutable_home_camera(), scene.home);
+        put_file_cameras(*scene.asset, *out.mutable_file_cameras());
     }
     for (const Light& light : scene.lights) {
-        if (std::max(newest_rev(light), light.name_rev) > since) {
-            put_light(light, *out.add_lights());
-        }
+        // A fixture's number is that of the show's file, which comes with the geometry.
+        if (std::max({newest_rev(light), light.name_rev, scene.geometry_rev}) > since)
+            put_light(scene, light, *out.add_lights());
     }
     if (scene.camera_rev > since) put(*out.mutable_camera(), scene.camera);
     if (scene.view_rev > since) {

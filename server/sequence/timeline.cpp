@@ -8,6 +8,7 @@
 #include "server/base/clock.h"
 #include "server/base/sha256.h"
 #include "server/scene/cue.h"
+#include "server/scene/named_lights.h"
 #include "server/scene/scene.h"
 #include "server/scene/strobe.h"
 #include "server/sequence/job_json.h"
@@ -44,6 +45,7 @@ void take_exposure(Scene& scene, v1::Command& command, const std::string& place)
 }
 
 void apply_loaded(Scene& scene, v1::Command command, const Loaded& loaded, const std::string& place) {
+    if (const auto refused = spell_out_lights(scene, command)) refuse(place, *refused);
     if (const auto refused = carry_out_mounts(scene, command, loaded)) refuse(place, *refused);
     checked(place, apply(scene, command, loaded));
     take_exposure(scene, command, place);

@@ -12,6 +12,7 @@
 #include "server/base/bounded_file.h"
 #include "server/base/memory_room.h"
 #include "server/base/sha256.h"
+#include "server/exchange/import_luminaire.h"
 #include "server/exchange/import_mvr.h"
 #include "server/lighting/clusters.h"
 #include "server/scene/cue.h"
@@ -134,7 +135,7 @@ static Result<std::shared_ptr<const Profile>> read_profile(const v1::Profile& pr
     if (bytes.size() > kMaxProfileBytes)
         return Error{"too_large", "profile.photometry", std::to_string(bytes.size()) + " bytes",
                      "a profile may have at most 1 MiB"};
-    const auto read = make_profile(shortened_text(profile.name(), kMaxNameBytes), bytes);
+    const auto read = exchange::read_luminaire(shortened_text(profile.name(), kMaxNameBytes), bytes);
     if (!read) return read;
     auto own = std::make_shared<Profile>(**read);
     own->uploaded = true;

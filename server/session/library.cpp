@@ -11,9 +11,11 @@
 #include "ies/synthetic.h"
 #include "protocol/schema/library.pb.h"
 #include "protocol/schema/upload_name.h"
+#include "protocol/text/did_you_mean.h"
 #include "protocol/text/shortened_text.h"
 #include "server/assets/assets.h"
 #include "server/base/bounded_file.h"
+#include "server/exchange/import_luminaire.h"
 #include "server/scene/limits.h"
 #include "server/session/command_files.h"
 #include "server/session/profile_summary.h"
@@ -30,7 +32,7 @@ std::string lower(std::string text) {
 
 std::size_t most_bytes(const fs::path& path) {
     const std::string ending = ending_of(path.filename().string());
-    return ending == ".gldf" || ending == ".zip" ? kMaxContainerBytes : kMaxProfileBytes;
+    return ending == ".gldf" || ending == ".gdtf" || ending == ".zip" ? kMaxContainerBytes : kMaxProfileBytes;
 }
 
 std::string too_large(const fs::path& path) {
@@ -70,6 +72,14 @@ bool within(const v1::LibraryQuery& query, const v1::LibraryRow& row) {
            (!query.has_max_flux_lm() || summary.flux_lm() <= query.max_flux_lm()) &&
            (!query.has_min_beam_rad() || summary.beam_rad() >= query.min_beam_rad()) &&
            (!query.has_max_beam_rad() || summary.beam_rad() <= query.max_beam_rad());
+}
+
+// Result: the same of two rows whose luminaires have one file name, flux and curve.
+std::string luminaire_key(const v1::LibraryRow& row) {
+    const std::string& name = row.name();
+    const std::size_t folders = name.find_last_of("/:");
+    return name.substr(folders == std::string::npos ? 0 : folders + 1) + '\n' + print_number(row.summary().flux_lm()) +
+           '\n' + row.curve();
 }
 
 std::optional<Error> refused(const v1::LibraryQuery& query) {
@@ -225,13 +235,13 @@ Library::Row Library::read_row(const std::string& root, const std::string& path,
     if (real.empty()) {
         refuse("it is a link that leads nowhere or out of the folder");
     } else {
-        const auto text = read_bounded_file(real, most_bytes(path));
+        auto text = read_bounded_file(real, most_bytes(path));
         if (text) bytes += text->size();
         if (!text) {
             refuse("it " + text.error().message);
         } else if (text->size() > most_bytes(path)) {
             refuse("too_large: " + too_large(path));
-        } else if (auto profile = make_profile(name, *text); !profile) {
+        } else if (auto profile = exchange::read_luminaire(name, std::move(*text)); !profile) {
             refuse(profile.error().text());
         } else {
             made = row_of(name, source, *profile);
@@ -271,6 +281,27 @@ const Library::Row* Library::named(const std::string& name) const {
     return find(kept_);
 }
 
+// Result: the file of "upload:NAME"; empty: there is none.
+std::string Library::upload_of(const std::string& name) const {
+    if (upload_folder_.empty() || !name.starts_with(kUploadPrefix)) return {};
+    const std::string file = name.substr(kUploadPrefix.size());
+    std::error_code failed;
+    if (!is_upload_name(file) || !is_photometry_name(file) || !fs::is_regular_file(upload_folder_ + "/" + file, failed))
+        return {};
+    return upload_folder_ + "/" + file;
+}
+
+// Stand as long as the lock is held.
+std::vector<std::string_view> Library::names() const {
+    std::vector<std::string_view> names;
+    const auto take = [&](const auto& rows) {
+        for (const Row& row : rows)
+            if (row.row.error().empty()) names.push_back(row.row.name());
+    };
+    take(built_in_), take(files_), take(uploads_), take(kept_);
+    return names;
+}
+
 Result<v1::Library> Library::find(const v1::LibraryQuery& query) {
     if (const auto error = refused(query)) return *error;
     const std::vector<std::string> words = words_of(query.text());
@@ -285,9 +316,15 @@ Result<v1::Library> Library::find(const v1::LibraryQuery& query) {
         uploads_asked_ = true;
         wake_.notify_all();
     }
-    std::uint32_t matching = 0;
+    std::uint32_t matching = 0, listed = 0;
+    // A luminaire that the scene came with is listed once, as the file that it is.
+    std::set<std::string> files;
+    for (const auto* rows : {&uploads_, &files_})
+        for (const Row& row : *rows) files.insert(luminaire_key(row.row));
     const auto take = [&](const auto& rows) {
         for (const Row& row : rows) {
+            if (row.row.source() == "scene" && files.contains(luminaire_key(row.row))) continue;
+            ++listed;
             const bool matches = within(query, row.row) && std::ranges::all_of(words, [&](const std::string& word) {
                                      return row.words.find(word) != std::string::npos;
                                  });
@@ -295,13 +332,13 @@ Result<v1::Library> Library::find(const v1::LibraryQuery& query) {
             v1::LibraryRow& out = *found.add_rows() = row.row;
             if (!query.curves()) out.clear_curve();
         }
-        found.set_total(found.total() + static_cast<std::uint32_t>(rows.size()));
     };
     take(built_in_);
     take(kept_);
     take(uploads_);
     take(files_);
     found.set_found(matching);
+    found.set_total(listed);
     found.set_reading(reading_ || asked_ || uploads_asked_);
     for (const std::string& warning : warnings_) found.add_warnings(warning);
     return found;
@@ -313,20 +350,26 @@ Result<std::shared_ptr<const Profile>> Library::profile(const std::string& name)
     {
         const std::lock_guard lock(mutex_);
         const Row* row = named(name);
-        if (row == nullptr)
+        if (row != nullptr) {
+            if (row->profile) return row->profile;
+            root = row->root;
+            path = row->path;
+            uploaded = row->row.source() == "uploaded";
+        } else if (const std::string file = upload_of(name); !file.empty()) {  // it came since they were read
+            root = upload_folder_;
+            path = file;
+            uploaded = true;
+        } else {
             return Error{"not_found", "profile", shortened_text(name, kMaxNameBytes),
-                         "the library has no profile of this name"};
-        if (row->profile) return row->profile;
-        root = row->root;
-        path = row->path;
-        uploaded = row->row.source() == "uploaded";
+                         with_hint("the library has no profile of this name", name, names())};
+        }
     }
     const std::string real = real_below(root, path);
     if (real.empty()) return Error{"not_found", "profile", name, "the file is not there any more"};
-    const auto text = read_bounded_file(real, most_bytes(path));
+    auto text = read_bounded_file(real, most_bytes(path));
     if (!text) return Error{"file_unreadable", "profile", name, "the file " + text.error().message};
     if (text->size() > most_bytes(path)) return Error{"too_large", "profile", name, too_large(path)};
-    const auto read = make_profile(uploaded ? name.substr(kUploadPrefix.size()) : name, *text);
+    const auto read = exchange::read_luminaire(uploaded ? name.substr(kUploadPrefix.size()) : name, std::move(*text));
     if (!read || !uploaded) return read;
     auto own = std::make_shared<Profile>(**read);
     own->uploaded = true;

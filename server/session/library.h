@@ -21,8 +21,8 @@ namespace gonio {
 
 inline constexpr std::size_t kMaxLibraryFiles = 5000;                    // of all folders; the rest is left out
 inline constexpr std::size_t kMaxLibraryBytes = std::size_t{512} << 20;  // of all files, each at most 1 MiB
-inline constexpr std::size_t kMaxContainerBytes = std::size_t{32}
-                                                  << 20;    // but of a .gldf or .zip, which has pictures and models
+inline constexpr std::size_t kMaxContainerBytes =
+    std::size_t{32} << 20;  // but of a .gldf, .gdtf or .zip, which has pictures and models
 inline constexpr std::size_t kMaxLibraryEntries = 100'000;  // of folders that are looked through
 inline constexpr int kMaxLibraryDepth = 16;                 // of folders in folders
 inline constexpr std::size_t kMaxKeptProfiles = 200;        // uploaded and of the scene; the oldest goes
@@ -67,6 +67,8 @@ private:
                         const std::string& name, std::size_t& bytes);
     void warn(std::string text);
     const Row* named(const std::string& name) const;
+    std::string upload_of(const std::string& name) const;
+    std::vector<std::string_view> names() const;
     static Row row_of(std::string name, std::string source, std::shared_ptr<const Profile> profile);
 
     const std::vector<std::string> folders_;

@@ -82,6 +82,7 @@ v1::PhotometrySummary summary_of(const Profile& profile) {
     summary.set_height_m(photometry.opening.height.in(m));
     summary.set_format(photometry.provenance.format);
     summary.set_description(description_of(photometry));
+    summary.set_product(profile.product);
     if (const std::string note = colour_note(photometry); !note.empty()) summary.add_diagnostics(note);
     for (const ies::Diagnostic& d : photometry.diagnostics) {
         if (static_cast<std::size_t>(summary.diagnostics_size()) == kMaxDiagnostics) break;

@@ -16,6 +16,7 @@
 #include "server/scene/apply_show.h"
 #include "server/scene/console.h"
 #include "server/scene/light_tables.h"
+#include "server/scene/named_lights.h"
 #include "server/scene/scene.h"
 #include "server/scene/state.h"
 #include "server/scene/target_table.h"
@@ -181,6 +182,9 @@ void RenderSession::take(Work work) {
             return answer_learn(work);
         case v1::ClientMessage::kSaveShow:
             return take_save(std::move(work));
+        case v1::ClientMessage::kRenameShow:
+        case v1::ClientMessage::kRemoveShow:
+            return take_show_edit(std::move(work));
         case v1::ClientMessage::kShows:
             return answer_shows(work, scene_, scene_access_, loader_, replies_);
         case v1::ClientMessage::kGels:
@@ -207,6 +211,8 @@ void RenderSession::take_command(Work work) {
         return replies_.refuse(work, *refused);
     if (!work.read && needs_files(work.message.command())) return (void)send_to_loader(std::move(work));
     if (work.failure) return replies_.refuse(work, *work.failure);
+    if (const auto refused = spell_out_lights(scene_, *work.message.mutable_command()))
+        return replies_.refuse(work, *refused);
     if (const auto refused = carry_out_mounts(scene_, *work.message.mutable_command(), work.loaded))
         return replies_.refuse(work, *refused);
     const v1::Command& command = work.message.command();
@@ -239,10 +245,38 @@ void RenderSession::take_save(Work work) {
     // Undo may have brought another scene back meanwhile; that one is not in the file.
     if (scene_.geometry_rev <= work.rev) show_saved(scene_, work.message.save_show().name(), work.rev);
     replies_.ok(work, work.loaded.warnings);
+    tell_show(work.session);
+}
+
+// The name of the show, and whether its file holds it, have changed.
+void RenderSession::tell_show(std::uint32_t by) {
     v1::StateChanged change;
     change.set_scene_rev(scene_.scene_rev);
     change.mutable_state()->set_scene_rev(scene_.scene_rev);
-    tell(std::move(change), work.session);
+    tell(std::move(change), by);
+}
+
+// A first time to be done by the loader, a second time when it is.
+void RenderSession::take_show_edit(Work work) {
+    const bool renames = work.message.has_rename_show();
+    std::optional<Error> refused;
+    if (work.read)
+        refused = work.failure;
+    else if (!(refused = roles_.refuses_change(work.session, renames ? "rename_show" : "remove_show")))
+        refused = check_show_edit(work.message, scene_access_);
+    if (refused) return replies_.refuse(work, *refused);
+    if (!work.read) {
+        if (!edit_shows(work, scene_access_, loader_, [&queue = queue_](const Work& done) { push(queue, done); }))
+            replies_.busy(work, "too many files are waiting to be read");
+        return;
+    }
+    const std::string& name = renames ? work.message.rename_show().name() : work.message.remove_show().name();
+    undo_.note_saved(name);
+    replies_.ok(work);
+    if (scene_.show_name != name) return;
+    scene_.show_name = renames ? work.message.rename_show().new_name() : "";
+    if (!renames) scene_.show_rev = 0;
+    tell_show(work.session);
 }
 
 bool RenderSession::send_to_loader(Work work) {
@@ -320,7 +354,9 @@ void RenderSession::apply_command(const Work& work) {
     std::ranges::move(outlet_warnings(scene_, &before, &hidden_), std::back_inserter(applied->warnings));
     if (command.has_load_scene() && replaces_scene(command))
         for (const std::string& warning : applied->warnings) spdlog::warn("{}: {}", scene_.asset->name, warning);
-    replies_.ok(work, std::move(applied->warnings), replaces_scene(command) ? words_of(before) : "");
+    const bool noted = command.has_load_scene() && work.loaded.asset != nullptr;
+    replies_.ok(work, std::move(applied->warnings), replaces_scene(command) ? words_of(before) : "",
+                noted ? work.loaded.asset->notes : std::vector<std::string>());
     begin_fade(command, work.session, undo_.note(work.session, before, scene_, command));
     if (command.has_open_show()) begin_scene();
     if (command.has_set_exposure() && command.set_exposure().automatic()) auto_exposure_.ask();
@@ -510,7 +546,8 @@ void RenderSession::advance_fade(std::int64_t now_ns) {
     const Revision before_cues = scene_.scene_rev;
     cues_.advance(scene_, now_ns);
     note_cues(before_cues, cue_by_);
-    const auto ev100 = auto_exposure_.step(now_ns);
+    auto ev100 = auto_exposure_.first_light(scene_, now_ns);
+    if (!ev100) ev100 = auto_exposure_.step(now_ns);
     if (!ev100) return;
     // Nobody's change: it is in no client's way (base_rev).
     const Revision faded = scene_.scene_rev;

@@ -168,6 +168,8 @@ private:
     void answer_learn(const Work& work);
     void answer_lux_report(const Work& work);
     void take_save(Work work);
+    void take_show_edit(Work work);
+    void tell_show(std::uint32_t by);
     v1::Stats stats();
     void submit_reference(const Work& work, std::variant<MeterRequest, CaptureRequest, LuxReportRequest> request);
     void take_leader(const std::shared_ptr<const LeaderNews>& news);

@@ -12,11 +12,13 @@ void Replies::answer(const Work& work, v1::ServerMessage message) const {
     send_(work.session, std::move(message));
 }
 
-void Replies::ok(const Work& work, std::vector<std::string> warnings, std::string replaced) const {
+void Replies::ok(const Work& work, std::vector<std::string> warnings, std::string replaced,
+                 const std::vector<std::string>& notes) const {
     v1::ServerMessage message;
     message.mutable_result()->set_code("ok");
     message.mutable_result()->set_scene_rev(scene_.scene_rev);
     for (std::string& warning : warnings) message.mutable_result()->add_warnings(std::move(warning));
+    for (const std::string& note : notes) message.mutable_result()->add_notes(note);
     if (!replaced.empty()) message.mutable_result()->set_replaced(std::move(replaced));
     answer(work, std::move(message));
 }

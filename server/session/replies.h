@@ -20,7 +20,8 @@ public:
 
     // A message without a request id is not answered.
     void answer(const Work& work, v1::ServerMessage message) const;
-    void ok(const Work& work, std::vector<std::string> warnings = {}, std::string replaced = {}) const;
+    void ok(const Work& work, std::vector<std::string> warnings = {}, std::string replaced = {},
+            const std::vector<std::string>& notes = {}) const;
     void refuse(const Work& work, const Error& error);
     void busy(const Work& work, std::string why) { refuse(work, {"busy", "", "", std::move(why)}); }
     const Send& sender() const { return send_; }  // for answers of other threads

@@ -106,6 +106,35 @@ bool save_show(Work work, const Scene& scene, const SceneAccess& access, Loader&
     });
 }
 
+std::optional<Error> check_show_edit(v1::ClientMessage& message, const SceneAccess& access) {
+    const bool renames = message.has_rename_show();
+    const std::string what = renames ? "rename_show" : "remove_show";
+    if (access.show_folder.empty())
+        return Error{"unsupported", what, "", "this server has no folder of shows: neither --shows nor --state"};
+    const auto complete = [](std::string& name, const std::string& field) -> std::optional<Error> {
+        auto checked = checked_show_name(name, field);
+        if (!checked) return checked.error();
+        name = std::move(*checked);
+        return std::nullopt;
+    };
+    if (!renames) return complete(*message.mutable_remove_show()->mutable_name(), what + ".name");
+    if (auto refused = complete(*message.mutable_rename_show()->mutable_name(), what + ".name")) return refused;
+    return complete(*message.mutable_rename_show()->mutable_new_name(), what + ".new_name");
+}
+
+bool edit_shows(Work work, const SceneAccess& access, Loader& loader, std::function<void(Work)> done) {
+    auto shared = std::make_shared<Work>(std::move(work));
+    return loader.submit([shared, folder = access.show_folder, done = std::move(done)] {
+        const v1::ClientMessage& message = shared->message;
+        const auto edited = message.has_rename_show() ? rename_show_file(folder, message.rename_show().name(),
+                                                                         message.rename_show().new_name())
+                                                      : remove_show_file(folder, message.remove_show().name());
+        if (!edited) shared->failure = edited.error();
+        shared->read = true;
+        done(std::move(*shared));
+    });
+}
+
 std::string words_of(const Scene& scene) {
     std::string words = shortened_text(scene.asset->name, 200) + ": ";
     bool first = true;

@@ -24,6 +24,10 @@ std::optional<Error> check_save(v1::SaveShow& save, const Scene& scene, const Sc
 bool save_show(Work work, const Scene& scene, const SceneAccess& access, Loader& loader,
                std::function<void(Work)> done);
 
+// The same two of rename_show and remove_show: what is wrong with the names, and the work of the loader.
+std::optional<Error> check_show_edit(v1::ClientMessage& message, const SceneAccess& access);
+bool edit_shows(Work work, const SceneAccess& access, Loader& loader, std::function<void(Work)> done);
+
 // Result: what there is in the scene, for people: "cornell: 3 luminaires, 2 presets; not saved".
 std::string words_of(const Scene& scene);
 

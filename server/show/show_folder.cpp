@@ -88,10 +88,33 @@ Result<bool> write_show_file(const std::string& folder, const std::string& name,
     return write_file_atomically(path, json);
 }
 
+static Error no_such_show(const std::string& field, const std::string& name) {
+    return {"not_found", field, name, "there is no show of this name in the server's folder"};
+}
+
+Result<bool> rename_show_file(const std::string& folder, const std::string& name, const std::string& new_name) {
+    const std::string from = path_of(folder, name), to = path_of(folder, new_name);
+    if (folder.empty() || !is_own_file(from)) return no_such_show("rename_show.name", name);
+    if (from == to) return true;
+    if (is_there(to))
+        return Error{"already_exists", "rename_show.new_name", new_name, "there is another show of this name"};
+    std::error_code failed;
+    fs::rename(from, to, failed);
+    if (!failed) return true;
+    return Error{"file_unwritable", "rename_show.name", from, "The file cannot be renamed: " + failed.message()};
+}
+
+Result<bool> remove_show_file(const std::string& folder, const std::string& name) {
+    const std::string path = path_of(folder, name);
+    if (folder.empty() || !is_own_file(path)) return no_such_show("remove_show.name", name);
+    std::error_code failed;
+    if (fs::remove(path, failed) && !failed) return true;
+    return Error{"file_unwritable", "remove_show.name", path, "The file cannot be removed: " + failed.message()};
+}
+
 Result<std::string> read_show_file(const std::string& folder, const std::string& name, std::size_t most_bytes) {
     const std::string path = path_of(folder, name);
-    if (folder.empty() || !is_own_file(path))
-        return Error{"not_found", "show", name, "there is no show of this name in the server's folder"};
+    if (folder.empty() || !is_own_file(path)) return no_such_show("show", name);
     auto text = read_bounded_file(path, most_bytes);
     if (text && text->size() > most_bytes)
         return Error{"too_large", "show", name, "it has more than " + std::to_string(most_bytes) + " bytes"};

@@ -27,6 +27,11 @@ Result<v1::Shows> list_shows(const std::string& folder);
 // stays. Errors: "already_exists", "file_unwritable" with the file and the system's reason, "too_large".
 Result<bool> write_show_file(const std::string& folder, const std::string& name, const std::string& json, bool replace);
 
+// Errors: "not_found", "already_exists", "file_unwritable".
+Result<bool> rename_show_file(const std::string& folder, const std::string& name, const std::string& new_name);
+// Errors: "not_found", "file_unwritable".
+Result<bool> remove_show_file(const std::string& folder, const std::string& name);
+
 // Result: the text, at most most_bytes of it. Errors: "not_found", "file_unreadable", "too_large".
 Result<std::string> read_show_file(const std::string& folder, const std::string& name, std::size_t most_bytes);
 

@@ -10,8 +10,12 @@
 #include <utility>
 #include <vector>
 
+#include "client/connection/connection.h"
 #include "protocol/schema/command.pb.h"
+#include "protocol/schema/grid.pb.h"
+#include "protocol/schema/measure.pb.h"
 #include "protocol/schema/scene.pb.h"
+#include "protocol/schema/surface.pb.h"
 #include "tests/e2e/daemon_process.h"
 #include "tests/e2e/mover.h"
 #include "tests/e2e/onlooker.h"
@@ -79,6 +83,66 @@ TEST_F(ReplacedScenes, CapturesOfTheSceneThatWas) {
     daemon->rev({"load", "scene", "cornell"});
     expect_answers();
     EXPECT_GT(daemon->json({"stats"})["frames_rendered"].get<int>(), 1) << "somebody looked";
+}
+
+// Result: a message of every kind that is answered, and a command of every kind. Most are refused, which is an answer.
+std::vector<v1::ClientMessage> one_of_each() {
+    std::vector<v1::ClientMessage> messages;
+    const auto add_kinds = [&](const google::protobuf::OneofDescriptor& kinds, const auto& holder) {
+        for (int i = 0; i < kinds.field_count(); ++i) {
+            google::protobuf::Message& to = holder(messages.emplace_back());
+            to.GetReflection()->MutableMessage(&to, kinds.field(i));
+        }
+    };
+    add_kinds(*v1::ClientMessage::descriptor()->FindOneofByName("message"),
+              [](v1::ClientMessage& message) -> google::protobuf::Message& { return message; });
+    add_kinds(*v1::Command::descriptor()->oneof_decl(0),
+              [](v1::ClientMessage& message) -> google::protobuf::Message& { return *message.mutable_command(); });
+    std::erase_if(messages, [](const v1::ClientMessage& message) {
+        return message.has_identify() || message.has_frame_ack() || message.has_request_keyframe();
+    });
+    for (v1::ClientMessage& message : messages) {  // those that would wait, or be refused before they touch the scene
+        if (message.has_learn()) message.mutable_learn()->set_timeout_s(0.2);
+        if (message.has_capture()) message.mutable_capture()->set_format("png");
+        if (message.has_meter()) {
+            for (const double x : {0.0, 0.01, 0.0}) message.mutable_meter()->add_point_m(x);
+            for (const double x : {0.0, 1.0, 0.0}) message.mutable_meter()->add_normal(x);
+        }
+        if (message.has_lux_report()) message.mutable_lux_report()->set_max_seconds(0.1);
+    }
+    return messages;
+}
+
+TEST_F(ReplacedScenes, EveryMessageIsAnswered) {
+    const std::vector<v1::ClientMessage> messages = one_of_each();
+    ASSERT_GT(messages.size(), 60u);
+    constexpr std::size_t kClients = 4;
+    std::atomic<std::size_t> next{0}, answered{0};
+    std::atomic<bool> stop{false};
+    std::thread loads([&] {
+        for (int i = 0; !stop; ++i) {
+            daemon->gonio({"load", "scene", i % 2 == 0 ? "cylinder" : "cornell"});
+            std::this_thread::sleep_for(300ms);
+        }
+    });
+    std::vector<std::thread> clients;
+    for (std::size_t client = 0; client < kClients; ++client)
+        clients.emplace_back([&] {
+            for (std::size_t i = next++; i < messages.size(); i = next++) {
+                auto connection = Connection::open(*parse_server_url(daemon->url()), {});
+                ASSERT_TRUE(connection) << connection.error().text();
+                const auto began = std::chrono::steady_clock::now();
+                const auto answer = (*connection)->ask(messages[i], [](const v1::Progress&) {});
+                const bool silent = !answer && answer.error().code == "unreachable";
+                EXPECT_FALSE(silent) << messages[i].ShortDebugString();
+                EXPECT_LT(std::chrono::steady_clock::now() - began, kPatience) << messages[i].ShortDebugString();
+                answered += silent ? 0 : 1;
+            }
+        });
+    for (std::thread& client : clients) client.join();
+    stop = true;
+    loads.join();
+    EXPECT_EQ(answered, messages.size());
 }
 
 TEST_F(ReplacedScenes, EveryRequest) {

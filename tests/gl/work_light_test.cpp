@@ -4,6 +4,8 @@
 
 #include "protocol/schema/command.pb.h"
 #include "protocol/schema/report.pb.h"
+#include "protocol/schema/view.pb.h"
+#include "server/scene/apply_view.h"
 #include "server/scene/scene.h"
 #include "tests/gl/test_context.h"
 
@@ -108,7 +110,14 @@ TEST_P(WorkLight, ShowsWhatIsBesideAGlow) {
     EXPECT_NEAR(frame_of(renderer, scene).luma, luma_of(0.7 * 0.5 + 1.0 / 9.6), 2.0);
     const auto still = renderer.capture(scene, View::beauty, 8, 8, false);
     EXPECT_NEAR(still->rgba8[4 * (4 * 8 + 4)], 255 * (1.055 * std::pow(0.7 * 0.5 + 1.0 / 9.6, 1 / 2.4) - 0.055), 2.0);
-    EXPECT_FALSE(work_light_on(grey_square(0.5f, glm::vec3(1.01f)))) << "a surface lights the scene";
+    Scene shining = grey_square(0.5f, glm::vec3(1.01f));
+    EXPECT_FALSE(work_light_on(shining)) << "a surface lights the scene";
+    EXPECT_NE(why_no_work_light(shining).find("surfaces of the scene give light"), std::string::npos);
+    v1::Command on;
+    on.mutable_set_view()->set_work_light(true);
+    const auto applied = apply(shining, on, {});
+    ASSERT_TRUE(applied);
+    EXPECT_EQ(applied->warnings, std::vector<std::string>{why_no_work_light(shining)}) << "who switches it on is told";
 }
 
 TEST_P(WorkLight, ShowsTheBodiesOfLuminairesAlone) {

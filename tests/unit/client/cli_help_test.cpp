@@ -90,6 +90,25 @@ TEST(CliHelp, MistypedWordsAreRecognised) {
         EXPECT_EQ(run(line).err.find("Did you mean"), std::string::npos) << line;
 }
 
+// What people type who know other programs.
+TEST(CliHelp, HabitsOfOtherProgramsGetAHint) {
+    const std::pair<const char*, const char*> cases[] = {
+        {"info", "gonio get"},
+        {"list", "gonio light list"},
+        {"delete key", "gonio remove light"},
+        {"lights", "gonio light list"},
+        {"render a.png", "gonio capture"},
+        {"go", "gonio cue go"},
+        {"blackout", "gonio set master 0"},
+        {"master 0.5", "gonio set master"},
+    };
+    for (const auto& [line, use] : cases) {
+        const Outcome refused = run(line);
+        EXPECT_EQ(refused.code, 2) << line;
+        EXPECT_NE(refused.err.find("Use: " + std::string(use)), std::string::npos) << refused.err;
+    }
+}
+
 TEST(CliHelp, JsonCountsBehindAFault) {
     for (const char* line : {"set light key --level high --json", "--json set light key --level", "fly away --json",
                              "set light key --level --json", "--shine 1 stats --json"}) {

@@ -236,6 +236,11 @@ struct CliRun : testing::Test {
             } else {
                 result.set_code("ok");
                 result.set_scene_rev(++rev);
+                if (message.command().has_load_scene()) {
+                    result.set_replaced("atrium: 3 luminaires; not saved");
+                    result.add_notes("taken: fixture: \"Spot 1\"");
+                    result.add_warnings("left out: a fixture is not patched");
+                }
             }
         }
         front->reply(session, reply);
@@ -257,10 +262,49 @@ TEST_F(CliRun, ChangesPrintTheirRevision) {
     EXPECT_EQ(run({"set", "light", "key", "--level", "0.5"}), 0);
     EXPECT_EQ(out, "scene_rev 8\n");
     EXPECT_EQ(run({"--json", "set", "exposure", "-2"}), 0);
-    EXPECT_EQ(out, R"({"code":"ok","field":"","value":"","message":"","scene_rev":9,"warnings":[],"retry_after_ms":0})"
-                   "\n");
+    EXPECT_EQ(
+        out,
+        R"({"code":"ok","field":"","value":"","message":"","scene_rev":9,"warnings":[],"retry_after_ms":0,"notes":[]})"
+        "\n");
     EXPECT_EQ(run({"group", "all", "key", "--json"}), 0);
     EXPECT_NE(out.find("\"scene_rev\":10"), std::string::npos);
+}
+
+TEST_F(CliRun, ALoadTellsWhatItReplacedAndUnderstood) {
+    EXPECT_EQ(run({"load", "scene", "cornell"}), 0) << err;
+    EXPECT_EQ(out,
+              "taken: fixture: \"Spot 1\"\nscene_rev 8\n"
+              "replaced atrium: 3 luminaires; not saved (gonio undo brings it back)\n");
+    EXPECT_EQ(err, "warning: left out: a fixture is not patched\n") << "what was understood is no warning";
+}
+
+TEST_F(CliRun, ListsAreTables) {
+    EXPECT_EQ(run({"light", "list"}), 0) << err;
+    EXPECT_EQ(out.rfind("light  ", 0), 0u) << out;
+    EXPECT_NE(out.find("\nkey "), std::string::npos) << out;
+    EXPECT_EQ(run({"light", "list", "--json"}), 0) << err;
+    EXPECT_EQ(out.rfind("{\"lights\":[{\"name\":\"key\"", 0), 0u) << out;
+    EXPECT_EQ(run({"group", "list"}), 0) << err;
+    EXPECT_EQ(out.rfind("group", 0), 0u) << "it lists, and makes no group of this name: " << out;
+    EXPECT_EQ(run({"group", "--", "list", "key"}), 0) << err;
+    EXPECT_EQ(out, "scene_rev 8\n");
+}
+
+TEST_F(CliRun, HelpAndVersionAreCommandsToo) {
+    EXPECT_EQ(run({"help"}, false), 0);
+    const std::string all = out;
+    EXPECT_EQ(run({"--help"}, false), 0);
+    EXPECT_EQ(out, all);
+    EXPECT_EQ(run({"help", "set", "light"}, false), 0);
+    const std::string one = out;
+    EXPECT_EQ(run({"set", "light", "--help"}, false), 0);
+    EXPECT_EQ(out, one);
+    EXPECT_EQ(run({"help", "set"}, false), 0);
+    EXPECT_NE(out.find("set camera"), std::string::npos) << out;
+    EXPECT_EQ(run({"help", "fly"}, false), 2);
+    EXPECT_NE(err.find("There is no such command."), std::string::npos) << err;
+    EXPECT_EQ(run({"version"}, false), 0);
+    EXPECT_EQ(out.rfind("gonio ", 0), 0u) << out;
 }
 
 TEST_F(CliRun, RefusalsSayCodeFieldAndValue) {

@@ -44,6 +44,46 @@ Result<CaptureWords> capture_from_words(const std::vector<std::string>& words) {
     return CaptureWords{read.names.front(), read.message.capture()};
 }
 
+TEST(CliWords, ANumberThatMeansAPercentageIsNotPassedOn) {
+    const auto refused = [](const std::string& line) {
+        const auto command = command_of(line);
+        return command ? std::string("taken") : command.error().text();
+    };
+    for (const char* line : {"set light key --level 50", "set master 100", "set light key --shutter 2"})
+        EXPECT_NE(refused(line).find("%?"), std::string::npos) << line << ": " << refused(line);
+    EXPECT_NE(refused("set light key --level 50").find("Did you mean 50%?"), std::string::npos);
+    for (const char* line : {"set light key --level 50%", "set light key --level 1", "set light key --level 1.5",
+                             "set light key --level 101", "set light key --level -50", "set light key --zoom 50"})
+        EXPECT_EQ(refused(line), "taken") << line << ": what else is wrong the server says";
+}
+
+// CSS Color 4: names and #rrggbb are sRGB. Its 128 of 255 is 0.21586 of the light (IEC 61966-2-1).
+TEST(CliWords, ColoursHaveNames) {
+    const auto rgb = [](const std::string& color) {
+        const auto command = command_of("set light key --color " + color);
+        EXPECT_TRUE(command) << color;
+        const auto& numbers = command->set_light().color_rgb();
+        return std::vector<double>(numbers.begin(), numbers.end());
+    };
+    const auto near = [](const std::vector<double>& a, const std::vector<double>& b) {
+        return a.size() == 3 && std::abs(a[0] - b[0]) + std::abs(a[1] - b[1]) + std::abs(a[2] - b[2]) < 2e-5;
+    };
+    EXPECT_TRUE(near(rgb("red"), {1, 0, 0}));
+    EXPECT_TRUE(near(rgb("Gray"), {0.215861, 0.215861, 0.215861}));
+    EXPECT_TRUE(near(rgb("#808080"), {0.215861, 0.215861, 0.215861}));
+    EXPECT_TRUE(near(rgb("#f80"), rgb("#FF8800")));
+    EXPECT_TRUE(near(rgb("#000a00"), {0, 0.0030353, 0})) << "the straight part: 10 / 255 / 12.92";
+    EXPECT_TRUE(near(rgb("yellowgreen"), rgb("#9acd32")));
+    EXPECT_TRUE(near(rgb("aliceblue"), rgb("#f0f8ff")));
+    EXPECT_TRUE(near(rgb("1,0.5,0"), {1, 0.5, 0}));
+    for (const char* bad : {"reddish", "#12345", "#1234567", "#gg0000", "", "#"}) {
+        const std::vector<std::string> words = {"set", "light", "key", "--color", bad};
+        const auto command = command_from_words(words);
+        ASSERT_FALSE(command) << bad;
+        EXPECT_EQ(command.error().where, "--color");
+    }
+}
+
 TEST(CliWords, EveryChange) {
     auto command = command_of(
         "set light key --position 1,-2,3.5 --pan 90 --tilt -45 --roll 180 --level 0.25 --color 1,0.5,0 --tint -0.01 "

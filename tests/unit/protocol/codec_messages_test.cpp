@@ -118,7 +118,7 @@ TEST(Codec, JsonUsesTheNamesOfTheTableAndPrintsDefaults) {
     message.mutable_result()->set_scene_rev(12);
     EXPECT_EQ(
         encode_message(Encoding::json, message),
-        R"({"request_id":0,"result":{"code":"ok","field":"","value":"","message":"","scene_rev":12,"warnings":[],"retry_after_ms":0}})");
+        R"({"request_id":0,"result":{"code":"ok","field":"","value":"","message":"","scene_rev":12,"warnings":[],"retry_after_ms":0,"notes":[]}})");
     // Absent optional fields stay absent: in a patch they mean "unchanged".
     v1::State state;
     const std::string json = encode_message(Encoding::json, state);

@@ -19,6 +19,7 @@
 #include "protocol/schema/library.pb.h"
 #include "server/assets/assets.h"
 #include "server/session/profile_summary.h"
+#include "tests/unit/scene/exchange_test_support.h"
 
 namespace gonio {
 namespace {
@@ -151,6 +152,30 @@ TEST_F(LibraryTest, ReadsTm33AndGldf) {
     EXPECT_TRUE(library.profile("p.gldf"));
 }
 
+// A fixture of a console is the luminaire of its first beam: 10,000 lm in 25° is what its file says.
+TEST_F(LibraryTest, ReadsGdtf) {
+    const std::string geometry =
+        "<Geometry Name='Base'><Beam Name='Lens' LuminousFlux='10000' BeamAngle='25' "
+        "FieldAngle='40'/></Geometry>";
+    const auto fixture = [](const std::string& geometries) {
+        return *write_zip(std::vector<ZipFile>{
+            {"description.xml", test::gdtf_text({.geometries = geometries, .modes = test::mode_text("Base", "")})}});
+    };
+    write("in/head.gdtf", fixture(geometry));
+    write("in/broken.gdtf", "PK no archive");
+    Library library({(folder / "in").string()});
+    const v1::Library found = all(library);
+    ASSERT_NE(row(found, "head.gdtf"), nullptr);
+    ASSERT_TRUE(row(found, "head.gdtf")->has_summary()) << row(found, "head.gdtf")->error();
+    EXPECT_NEAR(row(found, "head.gdtf")->summary().flux_lm(), 10000, 20);
+    EXPECT_NEAR(row(found, "head.gdtf")->summary().beam_rad() * 180 / std::numbers::pi, 25, 0.5);
+    EXPECT_FALSE(row(found, "broken.gdtf")->has_summary());
+    EXPECT_FALSE(row(found, "broken.gdtf")->error().empty());
+    const auto read = library.profile("head.gdtf");
+    ASSERT_TRUE(read);
+    EXPECT_EQ((*read)->name, "head.gdtf");
+}
+
 TEST_F(LibraryTest, FindsByWordsFluxAndBeamAngle) {
     Library library;
     const auto names = [&](const std::function<void(v1::LibraryQuery&)>& fill) {
@@ -215,6 +240,7 @@ TEST_F(LibraryTest, HasTheFilesOfUploads) {
     EXPECT_EQ(all(library).total(), ies::synthetic_luminaires().size() + 1);
     std::this_thread::sleep_for(std::chrono::milliseconds(20));  // folders know the time to some milliseconds
     write("up/late.ies", ies::synthetic_lm63("flood"));
+    EXPECT_TRUE(library.profile("upload:late.ies")) << "also before the folder was read again";
     EXPECT_TRUE(library.find({})->reading()) << "it has seen that something came";
     ASSERT_NE(row(all(library), "upload:late.ies"), nullptr);
     const auto late = library.profile("upload:late.ies");
@@ -241,6 +267,19 @@ TEST_F(LibraryTest, UploadsOfAShowStayUploads) {
     EXPECT_EQ(row(found, "upload:mine.ies")->source(), "uploaded");
     ASSERT_NE(row(found, "scene:lamp"), nullptr);
     EXPECT_EQ(row(found, "scene:lamp")->source(), "scene");
+}
+
+// A lamp of the scene whose file is in a folder is listed once; another file of its name is another luminaire.
+TEST_F(LibraryTest, ListsALuminaireOnce) {
+    write("in/spots/lamp.ies", spot());
+    Library library({(folder / "in").string()});
+    library.keep_scene({*make_profile("lamp.ies", spot())});
+    EXPECT_EQ(row(all(library), "scene:lamp.ies"), nullptr);
+    EXPECT_NE(row(all(library), "spots/lamp.ies"), nullptr);
+    EXPECT_EQ(all(library).total(), ies::synthetic_luminaires().size() + 1);
+    EXPECT_TRUE(library.profile("scene:lamp.ies")) << "what names it still finds it";
+    library.keep_scene({*make_profile("lamp.ies", ies::synthetic_lm63("flood"))});
+    EXPECT_NE(row(all(library), "scene:lamp.ies"), nullptr);
 }
 
 TEST_F(LibraryTest, ReadsAgainWhenAsked) {

@@ -227,6 +227,43 @@ TEST_F(ShowsTest, TheFileIsTheShowOfTheStateFile) {
     EXPECT_EQ(shows("a", 2).shows().text(), text_of(file("a"))) << "a viewer may look";
 }
 
+TEST_F(ShowsTest, ShowsGetOtherNamesAndAreRemoved) {
+    const auto rename = [&](const std::string& name, const std::string& new_name, std::uint32_t session = 1) {
+        v1::ClientMessage message;
+        message.mutable_rename_show()->set_name(name);
+        message.mutable_rename_show()->set_new_name(new_name);
+        return say(session, message).result();
+    };
+    const auto remove = [&](const std::string& name, std::uint32_t session = 1) {
+        v1::ClientMessage message;
+        message.mutable_remove_show()->set_name(name);
+        return say(session, message).result();
+    };
+    ASSERT_EQ(save("a").code(), "ok");
+    ASSERT_EQ(save("b").code(), "ok");
+    EXPECT_EQ(rename("a", "c", 2).code(), "permission");
+    EXPECT_EQ(rename("a", "b").code(), "already_exists");
+    EXPECT_EQ(rename("z", "y").code(), "not_found");
+    EXPECT_EQ(rename("a", "../y").code(), "invalid_argument");
+    EXPECT_EQ(rename("../a", "y").field(), "rename_show.name");
+    EXPECT_EQ(shows().shows().shows_size(), 2);
+    EXPECT_EQ(rename("a", "c").code(), "ok");
+    EXPECT_EQ(stage->state().show().name(), "b") << "the show at hand is another";
+    EXPECT_EQ(rename("b", "Act 2").code(), "ok");
+    EXPECT_EQ(stage->state().show().name(), "Act 2");
+    EXPECT_FALSE(stage->state().show().unsaved());
+    EXPECT_EQ(changed.state().show().name(), "Act 2") << "clients are told";
+    EXPECT_EQ(rename("Act 2", "Act 2").code(), "ok");
+    EXPECT_EQ(remove("c", 2).code(), "permission");
+    EXPECT_EQ(remove("c").code(), "ok");
+    EXPECT_EQ(remove("c").code(), "not_found");
+    EXPECT_EQ(stage->state().show().name(), "Act 2");
+    EXPECT_EQ(remove("Act 2").code(), "ok");
+    EXPECT_EQ(stage->state().show().name(), "");
+    EXPECT_TRUE(stage->state().show().unsaved()) << "what is at hand is in no file any more";
+    EXPECT_EQ(shows().shows().shows_size(), 0);
+}
+
 TEST_F(ShowsTest, AnotherShowIsWrittenOverOnlyWhenThatIsSaid) {
     ASSERT_EQ(save("a").code(), "ok");
     ASSERT_EQ(save("b").code(), "ok");
