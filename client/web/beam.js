@@ -20,7 +20,7 @@ export function pathOf(points, joined = () => true) {
 }
 
 export class BeamView {
-    shown = true;
+    shown = false;     // until somebody asks for it
 
     #store; #connection; #handles;
     #node = svg("svg", {id: "beam", "aria-hidden": "true"});

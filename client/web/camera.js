@@ -33,6 +33,30 @@ export function orbit({eye, target}, dx_px, dy_px) {
     return {target, eye: fromSpherical(s, target)};
 }
 
+// The same about any point, which stays where it is in the picture. box: {min_m, max_m} that an eye inside does not leave.
+export function orbitAbout(pose, pivot, dx_px, dy_px, box) {
+    const {yaw, pitch} = toSpherical(pose.eye, pose.target), a = -dx_px * kOrbitRadPerPx;
+    const b = Math.max(-kMaxPitchRad, Math.min(kMaxPitchRad, pitch + dy_px * kOrbitRadPerPx)) - pitch;
+    const ahead = [Math.sin(yaw + a), 0, Math.cos(yaw + a)], right = [ahead[2], 0, -ahead[0]];
+    const turned = (from) => {
+        const v = sub(from, pivot), x = Math.cos(a) * v[0] + Math.sin(a) * v[2], z = Math.cos(a) * v[2] - Math.sin(a) * v[0];
+        const back = x * ahead[0] + z * ahead[2], aside = x * right[0] + z * right[2];
+        const level = back * Math.cos(b) - v[1] * Math.sin(b);
+        return add(pivot, [aside * right[0] + level * ahead[0], back * Math.sin(b) + v[1] * Math.cos(b), aside * right[2] + level * ahead[2]]);
+    };
+    const eye = turned(pose.eye), target = turned(pose.target), stays = inside(pose.eye, box) ? withinBox(pivot, eye, box) : eye;
+    return {eye: stays, target: add(target, sub(stays, eye))};
+}
+
+const inside = (point, box) => Boolean(box) && point.every((x, i) => x >= box.min_m[i] && x <= box.max_m[i]);
+
+// Result: `to`, or where the way there from the pivot leaves the box.
+function withinBox(pivot, to, box) {
+    const way = sub(to, pivot), kKept = 0.98;
+    const share = way.reduce((least, x, i) => (x === 0 ? least : Math.min(least, Math.max(0, ((x > 0 ? box.max_m : box.min_m)[i] - pivot[i]) / x))), 1);
+    return share < 1 ? add(pivot, scale(way, Math.max(kKept * share, kMinDistance_m / Math.max(length(way), 1e-9)))) : to;
+}
+
 // The point under the pointer, at the distance of the target, stays under it.
 export function pan({eye, target}, fov_rad, height_px, dx_px, dy_px) {
     const {r, yaw, pitch} = toSpherical(eye, target);
@@ -62,12 +86,15 @@ export class CameraHand {
     #pointers = new Map();    // id -> {x, y, button}
     #wheelTimer = 0;
     #walk = new Walk(() => this.pose, (pose) => this.set(pose));
-    #leaves;
+    #leaves; #under;
+    #pivot = null;            // that the drag turns about; null: the target
 
-    // leaves(event): whether a press on the picture is somebody else's.
-    constructor(store, elements, leaves) {
+    // leaves(event): whether a press on the picture is somebody else's. under(event): the point that lies there, null where none
+    // is known.
+    constructor(store, elements, leaves, under) {
         this.#store = store;
         this.#leaves = leaves;
+        this.#under = under;
         for (const element of elements) this.#listen(element);
     }
 
@@ -92,6 +119,7 @@ export class CameraHand {
             element.focus({preventScroll: true});
             element.setPointerCapture(event.pointerId);
             this.#hold();
+            if (this.#pointers.size === 0) this.#pivot = this.#under(event);
             this.#pointers.set(event.pointerId, {x: event.clientX, y: event.clientY, button: event.button});
             if (event.button === 2) this.#walk.begin();
             element.classList.add("grabbed");
@@ -128,7 +156,7 @@ export class CameraHand {
     }
 
     #dragged(element, panning, dx_px, dy_px) {
-        if (!panning) return orbit(this.pose, dx_px, dy_px);
+        if (!panning) return this.#pivot && this.#pointers.size > 0 ? orbitAbout(this.pose, this.#pivot, dx_px, dy_px, this.#store.state.bounds) : orbit(this.pose, dx_px, dy_px);
         return pan(this.pose, this.#store.state.camera.fov_rad, element.clientHeight, dx_px, dy_px);
     }
 

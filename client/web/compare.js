@@ -70,8 +70,7 @@ export class ComparePanel {
     }
 
     #nameNow() {
-        const {presets, scene_rev} = this.#store.state;
-        return `${++this.#taken}: ${presets?.recalled || `revision ${scene_rev}`}`;
+        return `${++this.#taken}: ${this.#store.state.presets?.recalled || "without a preset"}`;
     }
 
     // One picture at a time; a refusal is told in the panel.

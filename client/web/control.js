@@ -3,6 +3,9 @@
 
 import {h, setText} from "./dom.js";
 
+// Who that is, as people would say it: pages and programs identify themselves by one word.
+const otherName = (name, holder) => (name === "page" ? "Another page" : name === "gonio" ? "The command line" : name || `Client ${holder}`);
+
 const kRenewMs = 10000;    // the lease ends 30 s after its last renewal
 
 export const pageRole = new URLSearchParams(location.search).get("role") === "viewer" ? "viewer" : "";
@@ -23,7 +26,7 @@ export function controlPanel(store, node, connection) {
     else node.append(h("span", {class: "faint"}, "Viewing only"));
     return {update() {
         const {holder = 0, name = ""} = store.state.control ?? {};
-        setText(note, store.holdsCamera ? "You have the camera" : holder ? `${name || `Client ${holder}`} has the camera` : "");
+        setText(note, store.holdsCamera ? "You have the camera" : holder ? `${otherName(name, holder)} has the camera` : "");
         setText(button, store.holdsCamera ? "Release" : "Take camera");
         button.title = store.holdsCamera ? "Let others move the camera" : "Nobody else moves the camera then";
         if (store.holdsCamera && !timer) timer = setInterval(() => ask({acquire_control: {}}), kRenewMs);

@@ -74,12 +74,13 @@ export function range(prop, {label, min, max, step, origin = min, toTrack = (x) 
 }
 
 // The bare number field: Enter or leaving commits, Escape takes back. digits: how many, or of a value how many.
-export function number(prop, {label, min, max, step, digits = 2, id}) {
-    const input = h("input", {type: "number", min, max, step, "aria-label": label, id: id && `${id}-number`, inputmode: "decimal"});
+// none: what stands in the empty field where the value is 0, which then means that there is none.
+export function number(prop, {label, min, max, step, digits = 2, id, none}) {
+    const input = h("input", {type: "number", min, max, step, "aria-label": label, id: id && `${id}-number`, inputmode: "decimal", placeholder: none});
     let typing = false;
     const commit = () => {
         typing = false;
-        const value = input.value.trim() === "" ? NaN : Number(input.value);
+        const value = input.value.trim() === "" ? (none ? 0 : NaN) : Number(input.value);
         // Beyond the bounds the nearest bound is meant; what is no number at all changes nothing.
         if (Number.isFinite(value)) prop.set(clamp(value, min ?? -Infinity, max ?? Infinity));
         update();
@@ -98,7 +99,7 @@ export function number(prop, {label, min, max, step, digits = 2, id}) {
         if (typing) return;
         const value = prop.value();
         input.disabled = !Number.isFinite(value);
-        const shown = Number.isFinite(value) ? formatNumber(value, typeof digits === "function" ? digits(value) : digits) : "";
+        const shown = none && value === 0 ? "" : Number.isFinite(value) ? formatNumber(value, typeof digits === "function" ? digits(value) : digits) : "";
         if (input.value !== shown) input.value = shown;
     }
     return {node: input, update};

@@ -23,8 +23,8 @@ export function debugPanel(store, node, view) {
     }});
     const buttons = debugViews.map(([name, text, title]) => h("button", {type: "button", class: "chip", "data-view": name, title,
         onclick: () => view.set(view.value() === name ? "beauty" : name)}, text));
-    node.append(h("details", {}, h("summary", {}, "Debug"),
-        h("div", {class: "chips wrap", role: "group", "aria-label": "Debug views"}, ...buttons),
+    node.append(h("details", {}, h("summary", {}, "Under the hood"),
+        h("div", {class: "chips wrap", role: "group", "aria-label": "Views of the renderer"}, ...buttons),
         labelled("Technique", technique.node, samples.node)));
     return {update() {
         technique.update();

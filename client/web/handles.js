@@ -29,6 +29,7 @@ export function lightsAt(lights, eye, place, size_px, selected) {
 export class Handles {
     several = false;         // presses select beside the others
     onPlace = null;          // a click on the picture goes there instead: (place, event)
+    onHover = null;          // is told what lies under the pointer (Pick), null where nothing is known
 
     #store; #connection; #screen; #readout;
     #svg = svg("svg", {id: "handles", "aria-hidden": "true"});
@@ -45,7 +46,10 @@ export class Handles {
         this.#store = store;
         this.#connection = connection;
         this.#screen = screen;
-        this.#readout = new Readout(connection, () => (this.#aiming ? this.#selected() : []), () => this.update());
+        this.#readout = new Readout(connection, () => (this.#aiming ? this.#selected() : []), () => {
+            this.update();
+            this.onHover?.(this.#readout.pick);
+        });
         screen.querySelector("#veil").before(this.#svg, this.#readout.node);
         new ResizeObserver(() => this.update()).observe(screen);
         for (const element of pictures) this.#listen(element);
@@ -82,6 +86,11 @@ export class Handles {
     atRest() { this.#readout.again(); }
     // Result: what lies at a place of the picture (Pick); null where the connection has ended.
     pickAt(place) { return this.#readout.at(place); }
+    // Result: the point under the pointer; null where the pointer has not rested long enough to know.
+    under(event) {
+        const kNear = 0.02, {pick, place} = this.#readout, now = this.#place(event);
+        return pick && place && now && Math.hypot(place.x - now.x, place.y - now.y) < kNear ? pick.point_m : null;
+    }
     // Result: the name of the light under the pointer; undefined where there is none.
     lightUnder(event) {
         const place = this.#place(event), {width, height} = this.frame;

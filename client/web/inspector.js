@@ -1,53 +1,16 @@
 // The right side: everything about the selected light or group.
 
 import {h, setText, formatLarge} from "./dom.js";
-import {property, component, mapped, nameForm, slider, scrub} from "./controls.js";
+import {property, nameForm, slider} from "./controls.js";
 import {pageRole} from "./control.js";
 import {kMissing, lightLevel, groupLevel, percent} from "./lights.js";
 import {temperatureControl, gelControl} from "./white.js";
 import {openingControl} from "./opening.js";
-import {goboControl} from "./gobo.js";
 import {colorSection, section} from "./inspector_parts.js";
+import {capital, kSections, lightControl, lightRows} from "./light_control.js";
 import {duplicate, removeChosen} from "./many.js";
 import {manyView} from "./many_view.js";
-import {ProfilePanel} from "./profile.js";
-import {properties} from "./properties.js";    // made of the server's table
-
-const kDegree = Math.PI / 180;
-
-// Shown within −180..180, both ends kept; the server keeps whatever turn it was given.
-function toDegrees(rad) {
-    const degrees = rad / kDegree;
-    return Math.abs(degrees) <= 180.0001 ? degrees : degrees - 360 * Math.round(degrees / 360);
-}
-
-function vectorSection(title, vector, letters, options) {
-    const fields = letters.map((letter, i) => scrub(component(vector, i),
-        {letter, label: `${title} ${letter}`, ...options}));
-    return {node: h("div", {class: "row vector"}, ...fields.map((field) => field.node)),
-        update: () => fields.forEach((field) => field.update())};
-}
-
-const capital = (text) => text[0].toUpperCase() + text.slice(1);
-
-// The control of one row of the table of properties. bound: the property store's handle for it. light: () => the light.
-function lightControl(row, bound, level, light) {
-    const title = capital(row.name.replace("-", " "));
-    if (row.name === "level") return slider(percent(level), {label: title, id: row.name, min: 0, max: 100, step: 0.5, digits: 1, unit: "%"});
-    if (row.name === "color") return colorSection(bound, "");
-    if (row.name === "gobo") return goboControl(bound, () => light()?.gobos ?? []);
-    if (row.name === "cct") return temperatureControl(bound);
-    if (row.values === 3) return vectorSection(title, bound, ["x", "y", "z"], {step: 0.05, digits: 3, perPixel: 0.01});
-    const angle = row.unit_name === "°" && row.low < 0, long = row.unit_name.length > 1;    // a long unit stands in the caption
-    const from = angle ? -180 : row.or_none ? 0 : row.low / row.unit, to = angle ? 180 : row.high / row.unit;
-    const shown = mapped(bound, angle ? toDegrees : (value) => value / row.unit, (value) => value * row.unit);
-    return slider(shown, {label: title, id: row.name, caption: long ? `${title}, ${row.unit_name}` : title, min: from, max: to,
-        origin: Math.max(0, from), step: angle ? 0.5 : (to - from) / 200, fieldStep: angle ? 1 : (to - from) / 100,
-        digits: row.unit_name === "°" ? 1 : 3, unit: long ? "" : row.unit_name});
-}
-
-// Where the rows stand; one that is named nowhere stands in the first section.
-const kSections = [["Level and colour", []], ["Beam", ["zoom", "gobo", "gobo-turn", "shutter", "strobe"]], ["Position, m", ["position"]], ["Aim", ["pan", "tilt", "roll", "aim"]]];
+import {ProfilePanel, luminaireOf} from "./profile.js";
 
 function lightView(store, connection, {aimButton, duplicate, remove}) {
     const name = () => (store.selected?.kind === "light" ? store.selected.name : "");
@@ -58,7 +21,7 @@ function lightView(store, connection, {aimButton, duplicate, remove}) {
     const title = h("h2", {id: "light-name"});
     const summary = h("p", {class: "faint"});
     const missing = h("p", {class: "warnings", id: "light-missing", hidden: true}, `${kMissing}. It comes back with its values when the fixture does.`);
-    const rows = properties.filter((row) => row.field && row.component < 0);
+    const rows = lightRows;
     const controls = new Map(rows.map((row) => [row.name, lightControl(row, bound(row), lightLevel(store, name), light)]));
     for (const row of rows) if (row.help) controls.get(row.name).node.title = capital(row.help);
     const gel = gelControl(connection, property(store, () => `gel:${name()}`, () => light()?.gel ?? "", (gel) => ({set_light: {name: name(), gel}})));
@@ -90,7 +53,7 @@ function lightView(store, connection, {aimButton, duplicate, remove}) {
         recess.hidden = Boolean(shown.sun) || pageRole === "viewer";
         setText(title, shown.name);
         const times = shown.multiplier !== undefined && shown.multiplier !== 1 ? ` · ×${shown.multiplier}` : "";
-        setText(summary, shown.sun ? `sun · ${formatLarge(shown.sun_lx ?? 0)} lx facing it` : `${shown.profile} · ${formatLarge(shown.max_cd)} cd · ${formatLarge(shown.flux_lm)} lm${times}`);
+        setText(summary, shown.sun ? `sun · ${formatLarge(shown.sun_lx ?? 0)} lx facing it` : `${luminaireOf(shown)} · ${formatLarge(shown.max_cd)} cd · ${formatLarge(shown.flux_lm)} lm${times}`);
         missing.hidden = !shown.missing;
         parts.forEach((part) => part.update());
     }};

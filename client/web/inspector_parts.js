@@ -19,8 +19,8 @@ export function colorSection(colorOf, name) {
     }
     const fields = ["R", "G", "B"].map((letter, i) => scrub(component(colorOf, i),
         {letter, label: `${letter} factor${name}`, min: 0, max: 10000, step: 0.01, digits: 3, perPixel: 0.005}));
-    const neutral = h("button", {type: "button", class: "chip neutral", title: "As measured", onclick: () => colorOf.set([1, 1, 1])}, "1");
-    neutral.setAttribute("aria-label", `1: neutral colour${name}`);
+    const neutral = h("button", {type: "button", class: "chip neutral", title: "As measured", onclick: () => colorOf.set([1, 1, 1])}, "Neutral");
+    neutral.setAttribute("aria-label", `Neutral colour${name}`);
     return {
         node: h("div", {class: "color"}, h("div", {class: "row vector"}, picker, ...fields.map((field) => field.node), neutral)),
         update() {

@@ -44,20 +44,27 @@ const css = (color) => `rgb(${color.join(",")})`;
 
 // A scale beside the picture while a false-colour view is shown.
 export function legend(store, screen) {
-    const kHeight = 200, kWidth = 14, kBars = 100, kEnd = 8, kLabel = 11;
+    const small = matchMedia("(max-width: 600px)"), kWidth = 14, kBars = 100, kEnd = 8, kLabel = 11;
+    let height_px = 0;
     const title = h("p"), more = h("p", {class: "of"}), below = h("p", {class: "below", hidden: true}, h("i"), h("span"));
-    const chart = svg("svg", {viewBox: `0 -14 ${kWidth + 56} ${kHeight + 28}`, width: kWidth + 56, height: kHeight + 28, "aria-hidden": "true"});
+    const chart = svg("svg", {"aria-hidden": "true"});
     const node = h("figure", {id: "legend", hidden: true}, title, more, chart, below);
     screen.querySelector("#veil").before(node);
     let shown = "";
+    const fit = () => {
+        height_px = small.matches ? 92 : 200;    // a telephone's picture is small
+        for (const [name, value] of Object.entries({viewBox: `0 -14 ${kWidth + 56} ${height_px + 28}`, width: kWidth + 56, height: height_px + 28})) chart.setAttribute(name, value);
+    };
+    fit();
+    small.addEventListener("change", () => { fit(); shown = ""; update(); });
     const draw = (scale) => {
         const bar = (y, height, color) => svg("rect", {x: 0, y, width: kWidth, height, fill: css(color)});
-        const bars = Array.from({length: kBars}, (_, i) => bar(kHeight * (1 - (i + 1) / kBars), kHeight / kBars + 0.5, falseColor(scale, (i + 0.5) / kBars)));
+        const bars = Array.from({length: kBars}, (_, i) => bar(height_px * (1 - (i + 1) / kBars), height_px / kBars + 0.5, falseColor(scale, (i + 0.5) / kBars)));
         const ends = [bar(-kEnd - 2, kEnd, scale.palette.over)];
-        if (scale.low !== 0 || scale.log) ends.push(bar(kHeight + 2, kEnd, scale.palette.under));
+        if (scale.low !== 0 || scale.log) ends.push(bar(height_px + 2, kEnd, scale.palette.under));
         const taken = [], within = (value) => positionOf(scale, value) > -1e-6 && positionOf(scale, value) < 1 + 1e-6;
         const label = (value) => {
-            const y = kHeight * (1 - positionOf(scale, value));
+            const y = height_px * (1 - positionOf(scale, value));
             if (taken.some((other) => Math.abs(other - y) < kLabel)) return [];
             taken.push(y);
             const text = svg("text", {x: kWidth + 8, y: y + 4});
@@ -66,7 +73,7 @@ export function legend(store, screen) {
         };
         const lines = scale.levels.filter(within).flatMap((level) => {
             const at = positionOf(scale, level), [r, g, b] = falseColor(scale, at);
-            return [svg("rect", {x: 0, y: kHeight * (1 - at) - 0.75, width: kWidth, height: 1.5, class: "level",
+            return [svg("rect", {x: 0, y: height_px * (1 - at) - 0.75, width: kWidth, height: 1.5, class: "level",
                 fill: 0.2126 * r + 0.7152 * g + 0.0722 * b > 127 ? "#000" : "#fff"}), ...label(level)];
         });
         chart.replaceChildren(...bars, ...ends, ...lines, ...scale.ticks.flatMap(label));
@@ -79,12 +86,13 @@ export function legend(store, screen) {
         node.setAttribute("aria-label", `${title.textContent} ${more.textContent}: ${scale.palette.help}; ${figure(scale.low)} to ${figure(scale.high)} ${scale.unit}, ${
             scale.log ? "logarithmic" : "linear"}${scale.steps ? `, ${scale.steps} steps` : ""}${scale.levels.length ? `; lines at ${scale.levels.map(figure).join(", ")}` : ""}${scale.below > 0 ? `; below ${figure(scale.below)} is marked` : ""}`);
     };
-    return {update() {
+    function update() {
         const scale = scaleOf(store.state);
         node.hidden = !scale;
         const signature = JSON.stringify(scale && {...scale, palette: scale.palette?.help});
         if (!scale || signature === shown) return;
         shown = signature;
         draw(scale);
-    }};
+    }
+    return {update};
 }

@@ -4,14 +4,13 @@
 import {h, setText, formatNumber, formatLarge} from "./dom.js";
 import {pageRole} from "./control.js";
 import {setAll} from "./many.js";
+import {beamText} from "./profile.js";
 import {smallPolar} from "./polar.js";
 
 const kRows = 100;
 const kAgainMs = 700;          // while the server reads its folders
 const kType = "application/x-gonio-profile";
 const kDegree = Math.PI / 180;
-
-const degrees = (rad) => (rad === undefined || rad === null ? "–" : `${formatNumber(rad / kDegree, 0)}°`);
 
 export class LibraryPanel {
     #store; #connection; #node;
@@ -94,15 +93,16 @@ export class LibraryPanel {
         if (!summary) {
             return h("tr", {"data-profile": name, class: "bad"}, h("td"), h("td"), h("td", {class: "wrapped"}, name, h("span", {class: "faint"}, ` ${source}`)), h("td", {colspan: 6, class: "wrapped"}, `Not usable: ${error}`));
         }
-        const {flux_lm, max_cd, beam_rad, field_rad, input_watts, opening, length_m, width_m, height_m, description, diagnostics = []} = summary;
+        const {flux_lm, max_cd, beam_rad, widest_beam_rad, field_rad, widest_field_rad, input_watts, opening, length_m, width_m, height_m,
+            description, product, diagnostics = []} = summary;
         const size = opening === "point" ? "" : ` ${[length_m, width_m, height_m].map((x) => formatNumber(x, 2)).join(" × ")} m`;
         const figure = (text) => h("td", {class: "figure"}, text);
         const use = h("button", {type: "button", class: "quiet", title: `Gives ${name} to the selected lights`, "aria-label": `Use ${name}`,
             onclick: () => this.#give(name, this.#store.chosen)}, "Use");
         const row = h("tr", {"data-profile": name, draggable: "true"}, h("td", {}, smallPolar(curve)), h("td", {}, use),
-            h("td", {class: "wrapped"}, name, h("span", {class: "faint told", title: description}, [source, description].filter(Boolean).join(" · ")),
+            h("td", {class: "wrapped"}, product || name, h("span", {class: "faint told", title: description}, [product && name, source, description !== product && description].filter(Boolean).join(" · ")),
                 diagnostics.length ? h("span", {class: "warn", title: diagnostics.join("\n"), tabindex: "0"}, ` ${diagnostics.length} ${diagnostics.length === 1 ? "note" : "notes"}`) : null),
-            figure(`${formatLarge(flux_lm)} lm`), figure(`${formatLarge(max_cd)} cd`), figure(degrees(beam_rad)), figure(degrees(field_rad)),
+            figure(`${formatLarge(flux_lm)} lm`), figure(`${formatLarge(max_cd)} cd`), figure(beamText(beam_rad, widest_beam_rad)), figure(beamText(field_rad, widest_field_rad)),
             figure(input_watts > 0 ? `${formatLarge(input_watts)} W` : "–"), h("td", {class: "wrapped small"}, `${opening.replaceAll("_", " ")}${size}`));
         row.addEventListener("dragstart", (event) => {
             event.dataTransfer.setData(kType, name);

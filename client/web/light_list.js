@@ -13,8 +13,8 @@ const wordsOf = (text) => text.toLowerCase().split(/\s+/).filter(Boolean);
 export function matching(lights, text) {
     const words = wordsOf(text);
     if (words.length === 0) return lights;
-    return lights.filter(({name, profile}) => {
-        const both = `${name} ${profile}`.toLowerCase();
+    return lights.filter(({name, profile, product = ""}) => {
+        const both = `${name} ${product} ${profile}`.toLowerCase();
         return words.every((word) => both.includes(word));
     });
 }

@@ -3,6 +3,7 @@
 import {h, setText} from "./dom.js";
 import {property, mapped, nameForm, range, slider} from "./controls.js";
 import {LightList} from "./light_list.js";
+import {luminaireOf} from "./profile.js";
 import {workLightButton} from "./work_light.js";
 
 export function lightLevel(store, name) {
@@ -34,6 +35,14 @@ function row(store, kind, name, level, press = () => store.select(kind, name)) {
     const button = h("button", {type: "button", class: "pick", onclick: press}, title, detail);
     const shown = percent(level);
     const fader = range(shown, {label: `Level of ${name}`, min: 0, max: 100, step: 0.5, text: percentText});
+    // One stop of the Tab key: left and right on the name ride the level.
+    fader.node.tabIndex = -1;
+    button.addEventListener("keydown", (event) => {
+        const way = {ArrowLeft: -1, ArrowRight: 1}[event.key], value = shown.value();
+        if (!way || !Number.isFinite(value) || event.ctrlKey || event.metaKey || event.altKey) return;
+        event.preventDefault();
+        shown.set(Math.min(100, Math.max(0, Math.round(value + way * (event.shiftKey ? 10 : 1)))));
+    });
     const figure = h("span", {class: "figure"});
     const node = h("li", {"data-name": name}, button, fader.node, figure);
     const update = () => {
@@ -44,8 +53,8 @@ function row(store, kind, name, level, press = () => store.select(kind, name)) {
         setText(figure, Number.isFinite(shown.value()) ? percentText(shown.value()) : "–");
         const missing = kind === "light" && Boolean(store.light(name)?.missing);
         node.classList.toggle("missing", missing);
-        button.title = missing ? kMissing : "";
-        setText(detail, missing ? "missing, dark" : kind === "light" ? store.light(name)?.profile ?? ""
+        button.title = missing ? kMissing : "Left and right arrow change its level";
+        setText(detail, missing ? "missing, dark" : kind === "light" ? luminaireOf(store.light(name))
             : countOf(store.group(name)?.lights?.length ?? 0));
     };
     return {node, update};

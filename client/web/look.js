@@ -3,7 +3,7 @@
 import {h} from "./dom.js";
 import {labelled, property, select, slider} from "./controls.js";
 
-const kTones = [["knee", "Knee"], ["linear", "Linear"], ["aces", "ACES"], ["agx", "AgX"], ["neutral", "Neutral"]];
+const kTones = [["knee", "Soft highlights"], ["linear", "Linear"], ["aces", "ACES"], ["agx", "AgX"], ["neutral", "Neutral"]];
 const kD65 = 6504;
 
 export function lookPanel(store, node, connection) {
@@ -16,7 +16,7 @@ export function lookPanel(store, node, connection) {
         {label: "White, K", caption: "White", min: 1000, max: 15000, step: 0.001, origin: kD65, digits: 0, unit: "K",
             toTrack: (k) => -1e3 / k, fromTrack: (x) => -1e3 / x});
     const tint = slider(look("white_duv", 0), {label: "Tint of the white, Duv", caption: "Tint", min: -0.05, max: 0.05, step: 0.001, origin: 0, digits: 3});
-    const reset = h("button", {type: "button", class: "quiet", title: "Knee, and white as it is rendered: D65",
+    const reset = h("button", {type: "button", class: "quiet", title: "Soft highlights, and white as it is rendered: D65",
         onclick: () => connection.command({set_look: {tone: "knee", white_k: 0, white_duv: 0}})}, "Reset");
     const input = (label, value) => h("input", {type: "text", inputmode: "decimal", "aria-label": label, value});
     const aperture = input("Aperture, f-number", "5.6"), shutter = input("Shutter, s, like 1/60", "1/60"), iso = input("ISO speed", "400");

@@ -39,13 +39,14 @@ import {Uploads} from "./uploads.js";
 import {undoPanel} from "./undo.js";
 import {Shows} from "./shows.js";
 import {PatchPanel} from "./patch.js";
+import {panels} from "./panels.js";
 
 const $ = (id) => document.getElementById(id);
 
 const connection = new Connection(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/v1/ws`);
 const store = new Store(connection);
 const video = new Video(connection, $("canvas"), $("still"));
-const cameraHand = new CameraHand(store, [$("canvas"), $("still")], (event) => handles.takes(event));
+const cameraHand = new CameraHand(store, [$("canvas"), $("still")], (event) => handles.takes(event), (event) => handles.under(event));
 const handles = new Handles(store, connection, $("screen"), [$("canvas"), $("still")]);
 const beam = new BeamView(store, connection, handles, handles.svg);
 const isolux = new IsoluxFigures(store, connection, video, handles, handles.svg);
@@ -62,7 +63,7 @@ drawer($("drawer"), [
     {id: "consoles", title: "Consoles", make: (node) => new ConsolesPanel(connection, node)},
     {id: "surfaces", title: "Fader boxes", make: (node) => new SurfacesPanel(store, connection, node)},
     {id: "patch", title: "Patch", make: (node) => new PatchPanel(store, connection, node)},
-    {id: "report", title: "Passes", make: (node) => new ReportPanel(store, connection, node)},
+    {id: "report", title: "Renderer", make: (node) => new ReportPanel(store, connection, node)},
 ]);
 
 const shows = new Shows(store, connection, toasts, $("show"), $("screen"));
@@ -75,11 +76,12 @@ const parts = [
     legend(store, $("screen")), scalePanel(store, $("scale"), connection), lookPanel(store, $("look"), connection), hazePanel(store, $("haze"), connection),
     debugPanel(store, $("debug"), viewProperty(store)), shows,
 ];
+panels($("left"), $("stage"), $("drawer"));
 themeSwitch($("page"));
 shortcutHelp($("page"));
 undoPanel(connection, $("history"));
 onlyLook([$("left"), $("inspector"), $("scene"), $("views")]);
-new Uploads(connection, toasts, $("scene"), $("screen"), (file) => shows.loadScene(file));
+new Uploads(store, connection, toasts, $("scene"), $("screen"), (file) => shows.loadScene(file));
 followSelection(store, connection);
 const transport = statsStrip(store, video, connection, $("stats"), $("format"));
 
@@ -87,6 +89,10 @@ store.addEventListener("update", () => {
     parts.forEach((part) => part.update());
     document.body.classList.remove("blank");    // before the first state the controls would show nothing true
 });
+// Where the bar has no room for it, too.
+const tellFormat = () => { if (video.lacks) toasts.show({code: "jpeg", message: video.lacks[1]}); };
+video.addEventListener("mode", tellFormat);
+tellFormat();
 connection.addEventListener("refused", (event) => toasts.show(event.detail));
 
 // The state of the connection: a pill that is always there, a veil over the picture while there is none.
@@ -116,6 +122,11 @@ for (const id of ["link", "retry"]) $(id).addEventListener("click", () => connec
 $("token").addEventListener("submit", (event) => {
     event.preventDefault();
     connection.unlock($("token").querySelector("input").value);
+});
+
+$("skip").addEventListener("click", (event) => {
+    event.preventDefault();
+    [$("canvas"), $("still")].find((picture) => !picture.hidden)?.focus();
 });
 
 // Read-only hooks for tests.

@@ -2,12 +2,16 @@
 
 import {h, setText, formatNumber, formatLarge} from "./dom.js";
 import {property, nameForm, slider} from "./controls.js";
-import {percent} from "./lights.js";
-import {colorSection, section} from "./inspector_parts.js";
-import {temperatureControl, gelControl} from "./white.js";
+import {section} from "./inspector_parts.js";
+import {kSections, lightControl, lightRows} from "./light_control.js";
+import {openingControl} from "./opening.js";
+import {kPhotometryEndings, luminaireOf, profileOf} from "./profile.js";
+import {gelControl} from "./white.js";
 import {aligned, distributed, moveEach, setAll} from "./many.js";
 
 const kAxes = ["x", "y", "z"];
+const kWords = {color: "colour", cct: "white"};    // of properties, where they have others
+const kOfThese = " of the selected lights";
 
 // Result: the value that all lights have; undefined where they differ.
 function common(lights, valueOf) {
@@ -38,11 +42,17 @@ export function manyView(store, connection, {aimButton, remove, duplicate}) {
     const mean = (valueOf) => lights().reduce((sum, light) => sum + valueOf(light), 0) / lights().length;
     const all = (key, read, write) => property(store, () => `many:${key}`, () => (lights().length ? read() : undefined),
         (value) => setAll(lights(), write(value)));
-    const level = slider(percent(all("level", () => mean((light) => light.level_ratio), (level_ratio) => ({level_ratio}))),
-        {label: "Level of the selected lights", caption: "Level", min: 0, max: 100, step: 0.5, digits: 1, unit: "%"});
-    const color = colorSection(all("color", () => lights()[0].color_rgb, (color_rgb) => ({color_rgb})), " of the selected lights");
-    const white = temperatureControl(all("cct", () => lights()[0].cct_k, (cct_k) => ({cct_k})), " of the selected lights");
-    const gel = gelControl(connection, all("gel", () => lights()[0].gel ?? "", (name) => ({gel: name})), " of the selected lights");
+    // Those of the first light stand for all; of levels, which fade together, the mean.
+    const bound = (row) => all(row.name, () => (row.name === "level" ? mean((light) => light.level_ratio) : lights()[0][row.state_field]), (value) => ({[row.field]: value}));
+    const rows = lightRows.filter((row) => row.name !== "position");
+    const controls = new Map(rows.map((row) => [row.name, lightControl(row, bound(row), bound(row), () => lights()[0], kOfThese)]));
+    const gel = gelControl(connection, all("gel", () => lights()[0].gel ?? "", (name) => ({gel: name})), kOfThese);
+    const openingOf = (light) => (light.sun ? undefined : light.opening_of_file ? "file" : light.opening);
+    const opening = openingControl(all("opening", () => openingOf(lights()[0]), (text) => ({opening: text})), () => lights()[0]?.opening ?? "", kOfThese);
+    const placedRows = new Set(kSections.flatMap(([, names]) => names));
+    const nodesOf = (wanted) => rows.filter((row) => wanted(row.name)).map((row) => controls.get(row.name).node);
+    const beside = kSections.slice(1).filter(([, names]) => !names.includes("position"))
+        .map(([heading, names]) => section(heading, ...nodesOf((name) => names.includes(name))));
     const mixed = h("p", {class: "hint", role: "status"});
 
     const move = (positions) => connection.command(moveEach(positions));
@@ -64,6 +74,14 @@ export function manyView(store, connection, {aimButton, remove, duplicate}) {
     const profile = h("select", {"aria-label": "Profile of the selected lights", onchange: () => {
         if (profile.value) connection.command(setAll(lights(), {profile: {name: profile.value}}));
     }});
+    const file = h("input", {type: "file", accept: kPhotometryEndings, hidden: true, "aria-label": `Photometric file${kOfThese}`, onchange: async () => {
+        const chosen = file.files[0];
+        if (!chosen) return;
+        const {refused, ...read} = await profileOf(connection, chosen);
+        file.value = "";    // the same file again is a new choice
+        const result = refused ?? await connection.command(setAll(lights(), {profile: read}), {quiet: true});
+        if (result?.code !== "ok") connection.dispatchEvent(new CustomEvent("refused", {detail: {...result, value: `${chosen.name} ${result?.value ?? ""}`.trim()}}));
+    }});
     const title = h("h2", {id: "many-name"}), summary = h("p", {class: "faint"});
     const group = nameForm({title: "New group of the selected lights", opens: "Group the selected lights", placeholder: "Name of the group",
         label: "Name of the group of the selected lights", verb: "Create", sign: "Group",
@@ -71,10 +89,10 @@ export function manyView(store, connection, {aimButton, remove, duplicate}) {
     const names = h("p", {class: "hint names"});
     const tools = h("div", {class: "row wrap"});
     const node = h("div", {id: "many-view", hidden: true}, h("header", {}, title, summary, tools, group.form),
-        h("section", {"aria-label": "Level and colour of the selected lights"}, level.node, color.node, white.node, gel.node, mixed),
+        h("section", {"aria-label": "Level and colour of the selected lights"}, ...nodesOf((name) => !placedRows.has(name)), gel.node, opening.node, mixed), ...beside,
         section("Position, m", h("div", {class: "row vector"}, ...coordinates.map((field, i) =>
             h("label", {class: "scrubbed"}, h("span", {class: "scrub fixed"}, kAxes[i]), field.node)))),
-        arrange, section("Profile", profile), section("Lights", names));
+        arrange, section("Profile", h("div", {class: "row"}, profile, h("button", {type: "button", onclick: () => file.click()}, "Upload…"), file)), section("Lights", names));
     let listed = "";
     return {node, update() {
         const chosen = lights();
@@ -83,9 +101,12 @@ export function manyView(store, connection, {aimButton, remove, duplicate}) {
         if (aimButton.parentNode !== tools) tools.append(aimButton, duplicate, group.open, remove);    // shared with the view of one light
         setText(title, `${chosen.length} lights`);
         setText(summary, `${formatLarge(chosen.reduce((sum, light) => sum + light.flux_lm * light.multiplier * light.level_ratio, 0))} lm at their levels`);
-        for (const part of [level, color, white, gel, ...coordinates]) part.update();
-        const differ = [["level", (light) => light.level_ratio], ["colour", (light) => light.color_rgb.join()], ["white", (light) => light.cct_k], ["gel", (light) => light.gel ?? ""],
-            ["profile", (light) => light.profile], ["aim", (light) => light.aim.join()]]
+        for (const part of [...controls.values(), gel, opening, ...coordinates]) part.update();
+        // Slots of different wheels have nothing in common.
+        const wheel = common(chosen, (light) => (light.gobos ?? []).join("\n"));
+        for (const ofWheel of ["gobo", "gobo-turn"]) controls.get(ofWheel).node.hidden = !wheel;
+        const differ = [...rows.filter(({name}) => !["pan", "tilt", "roll"].includes(name)).map((row) => [kWords[row.name] ?? row.name.replace("-", " "), (light) => String(light[row.state_field] ?? "")]), ["gel", (light) => light.gel ?? ""],
+            ["profile", luminaireOf], ["opening", (light) => openingOf(light) ?? ""]]
             .filter(([, valueOf]) => common(chosen, valueOf) === undefined).map(([what]) => what);
         setText(mixed, differ.length ? `They differ in ${differ.join(", ")}.` : "");
         const same = common(chosen, (light) => light.profile) ?? "";

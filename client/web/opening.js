@@ -10,8 +10,9 @@ const kFirst = [0.6, 0.6, 0.1];        // m, of a shape that had no measures
 const kLeast = 0.001, kMost = 100;     // m
 const measuresOf = (name) => kShapes.find(([known]) => known === name)?.[2] ?? [];
 
-// bound: the property as set_light.opening takes it, "file" for the file's own. shown: () => what that is.
-export function openingControl(bound, shown) {
+// bound: the property as set_light.opening takes it, "file" for the file's own. shown: () => what that is. all: words for several
+// lights.
+export function openingControl(bound, shown, all = "") {
     const parts = () => {
         const [name, sides = ""] = (bound.value() ?? "").split(" ");
         return {name, sides: sides === "" ? [] : sides.split("x").map(Number)};
@@ -21,12 +22,12 @@ export function openingControl(bound, shown) {
         bound.set(all.length > 0 ? `${name} ${all.join("x")}` : name);
     };
     const shape = {...bound, value: () => (bound.value() === undefined ? undefined : parts().name), set: (name) => write(name, parts().sides)};
-    const choice = select(shape, {label: "Luminous opening", options: () => kShapes.map(([name, text]) => [name, text])});
-    choice.node.id = "opening";
+    const choice = select(shape, {label: `Luminous opening${all}`, options: () => kShapes.map(([name, text]) => [name, text])});
+    if (!all) choice.node.id = "opening";
     const fields = [0, 1, 2].map((i) => {
         const side = {...bound, value: () => parts().sides[i] ?? NaN,
             set: (value) => write(parts().name, parts().sides.map((old, k) => (k === i ? value : old)))};
-        const field = number(side, {label: `Opening, measure ${i + 1} in m`, min: kLeast, max: kMost, step: "any", digits: 3, id: `opening-${i}`});
+        const field = number(side, {label: `Opening, measure ${i + 1} in m${all}`, min: kLeast, max: kMost, step: "any", digits: 3, id: all ? undefined : `opening-${i}`});
         return {node: h("span", {class: "field"}, field.node, h("span", {class: "unit"}, "m")), input: field.node, update: field.update};
     });
     const hint = h("p", {class: "hint"});
@@ -37,7 +38,7 @@ export function openingControl(bound, shown) {
         const names = measuresOf(parts().name);
         fields.forEach((field, i) => {
             field.node.hidden = i >= names.length;
-            if (names[i]) field.input.setAttribute("aria-label", `${names[i]} of the opening in m`);
+            if (names[i]) field.input.setAttribute("aria-label", `${names[i]} of the opening in m${all}`);
             field.update();
         });
         setText(hint, bound.value() === "file" ? `${shown()}${shown() === "point" ? "" : " m"}` : "");

@@ -114,7 +114,7 @@ export class PatchPanel extends PolledPanel {
 
     constructor(store, connection, node) {
         super(node, {title: "Patch", period_ms: kPollMs,
-            columns: ["", "From", "Universe", "Address", "Target", "Property", "Bits#", "Slots#", "Level now", "To note", ""],
+            columns: ["", "From", "Universe", "Address", "Target", "Property", "Bits#", "Slots#", "Level now", "Problems", ""],
             poll: async () => {
                 // Changes are told in their order with the answers: the patch is that of the revision known when it comes.
                 const withRev = async (one) => ({...await connection.request(one), rev: store.state?.scene_rev ?? 0});
@@ -288,7 +288,7 @@ export class PatchPanel extends PolledPanel {
         const faders = fadersOf(surfaces), wrong = faults(this.#patch.rows, faders, this.#store.state);
         const count = [...wrong.rows, ...wrong.faders].filter((list) => list.some(isWrong)).length;
         if (performance.now() - this.#told_ms > kToldMs) setText(this.head, [patch.is_default ? "Default patch: a change here makes it one of your own" : `${this.#patch.rows.length} rows`,
-            faders.length ? `${faders.length} faders` : "", count ? `${count} to note` : "nothing to note"].filter(Boolean).join(" · "));
+            faders.length ? `${faders.length} faders` : "", count ? `${count} ${count === 1 ? "problem" : "problems"}` : "no problems"].filter(Boolean).join(" · "));
         const hints = [];
         if (this.#patch.rows.length > kMostShown) hints.push(`${this.#patch.rows.length - kMostShown} more rows are not shown.`);
         if (!sources.endpoints?.some((one) => one.protocol !== "box")) hints.push("Start goniod with --sacn or --artnet to listen to consoles.");

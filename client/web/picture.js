@@ -68,24 +68,19 @@ export function picturePanel(store, node, cameraHand, connection) {
     {label: "Field of view", caption: "FOV", min: 2, max: 170, step: 0.5, digits: 1, unit: "°",
         toTrack: (deg) => Math.log(Math.tan(deg * kDegree / 4)), fromTrack: (x) => 4 * Math.atan(Math.exp(x)) / kDegree});
     const home = h("button", {type: "button", class: "quiet", title: "Back to the camera that the scene came with"}, "Reset");
-    let start = null;    // the first camera seen of a scene
     home.addEventListener("click", () => {
-        if (!start) return;
-        cameraHand.set(start.pose);
-        store.set("fov", start.fov_rad, {set_camera: {fov_rad: start.fov_rad}});
+        const {eye, target, fov_rad} = store.state?.home_camera ?? {};
+        if (!eye) return;
+        cameraHand.set({eye, target});
+        store.set("fov", fov_rad, {set_camera: {fov_rad}});
     });
     node.append(h("h2", {}, "Picture", h("span", {class: "grow"}), automatic), exposure.node, gain.node,
         h("div", {class: "slider"}, h("span", {class: "label"}, "Size, px"), h("span", {class: "row pair size"}, size.node, fitSizeButton(connection))),
         h("h2", {}, "Camera", h("span", {class: "grow"}), home), fov.node);
     const parts = [exposure, gain, size, fov];
     return {update() {
-        const {camera, scene} = store.state;
         parts.forEach((part) => part.update());
         automatic.setAttribute("aria-pressed", String(store.state.exposure_auto === true));
-        if (!camera) return;
-        if (start?.scene !== scene) {
-            start = {scene, pose: {eye: camera.eye, target: camera.target}, fov_rad: camera.fov_rad};
-        }
     }};
 }
 
@@ -148,14 +143,15 @@ export function scenePanel(store, node, connection, loadScene) {
         }
         if (!loading && form.hidden && scene.value !== name) scene.value = name;
         scene.title = name;
-        const texts = store.loadWarnings;
-        warnings.hidden = texts.length === 0;
-        if (texts.length === 0 && told.open) told.close();
-        setText(warnings, `${texts.length} ${texts.length === 1 ? "warning" : "warnings"}`);
-        warnings.title = texts.join("\n");
-        if (JSON.stringify(texts) !== told.dataset.texts) {    // a text that is being read stays
-            told.dataset.texts = JSON.stringify(texts);
-            list.replaceChildren(...texts.map(warningRow));
+        const texts = store.loadWarnings, notes = store.loadNotes, all = [...texts, ...notes];
+        warnings.hidden = all.length === 0;
+        if (all.length === 0 && told.open) told.close();
+        warnings.classList.toggle("warn", texts.length > 0);
+        setText(warnings, texts.length === 0 ? "What was loaded" : `${texts.length} ${texts.length === 1 ? "warning" : "warnings"}`);
+        warnings.title = all.join("\n");
+        if (JSON.stringify(all) !== told.dataset.texts) {    // a text that is being read stays
+            told.dataset.texts = JSON.stringify(all);
+            list.replaceChildren(...texts.map(warningRow), ...notes.map((text) => h("li", {class: "faint"}, text)));
         }
         failed.hidden = !store.state?.picture_error;
         failed.title = store.state?.picture_error ?? "";

@@ -4,19 +4,33 @@ import {h, setText, formatLarge, formatNumber} from "./dom.js";
 import {property, select} from "./controls.js";
 import {polarDiagram} from "./polar.js";
 import {sentence} from "./toast.js";
+import {putFile} from "./upload_file.js";
 
-const kMaxBytes = 1 << 20;
+const kMaxBytes = 1 << 20;    // of a profile in a message
 const kDegree = Math.PI / 180;
 
 const angle = (rad) => (rad === undefined || rad === null ? "–" : `${formatNumber(rad / kDegree, 1)}°`);
 
+// Result: an angle in plane C0, and the widest one where that is wider: the same text wherever a beam is shown.
+export const beamText = (rad, widest) => (widest > rad * 1.001 ? `${angle(rad)}, widest ${angle(widest)}` : angle(rad));
+
+// Result: what a light's luminaire is called in lists: maker and luminaire, else the file's name without its folders.
+export const luminaireOf = ({profile = "", product = ""} = {}) => product || profile.replace(/^.*\//, "");
+
 // Result: rows of what a file says: [what, figure].
 function factsOf({beam_rad, field_rad, widest_beam_rad, widest_field_rad, opening = "", length_m, width_m, height_m, input_watts, format, description}) {
-    const wider = (rad, widest) => (widest > rad * 1.001 ? `${angle(rad)}, widest ${angle(widest)}` : angle(rad));
     const size = [length_m, width_m, height_m].map((x) => formatNumber(x, 3)).join(" × ");
-    return [["Beam, 50 %", wider(beam_rad, widest_beam_rad)], ["Field, 10 %", wider(field_rad, widest_field_rad)],
+    return [["Beam, 50 %", beamText(beam_rad, widest_beam_rad)], ["Field, 10 %", beamText(field_rad, widest_field_rad)],
         ["Opening", opening === "point" ? "point" : `${opening.replaceAll("_", " ")}, ${size} m`],
         ...(input_watts > 0 ? [["Power", `${formatLarge(input_watts)} W`]] : []), ["File", [format, description].filter(Boolean).join(", ")]];
+}
+
+export const kPhotometryEndings = ".ies,.IES,.ldt,.LDT,.xml,.iesxml,.gldf,.gdtf,.zip,text/plain";
+
+// Result: a profile as SetLight has it; or {refused}, why the file cannot be one. What is too large for a message is uploaded.
+export async function profileOf(connection, file) {
+    if (file.size > kMaxBytes) return putFile(connection, file);
+    return {name: file.name.slice(0, 100), photometry: toBase64(new Uint8Array(await file.arrayBuffer()))};
 }
 
 // Base64 without a call per byte and without a stack of arguments.
@@ -42,7 +56,7 @@ export class ProfilePanel {
             (name) => ({set_light: {name: this.#name, profile: {name}}}));
         const choose = {...profile, set: (name) => { this.#clear(); profile.set(name); }};
         this.#select = select(choose, {label: "Profile", options: () => store.state.profiles.map((name) => [name, name])});
-        this.#input = h("input", {type: "file", id: "profile-file", accept: ".ies,.IES,.ldt,.LDT,.xml,.iesxml,.gldf,.zip,text/plain", hidden: true,
+        this.#input = h("input", {type: "file", id: "profile-file", accept: kPhotometryEndings, hidden: true,
             "aria-label": "Photometric file", onchange: () => this.#take(this.#input.files[0])});
         this.#button = h("button", {type: "button", onclick: () => this.#input.click()}, "Upload…");
         this.#error = h("div", {class: "problem", role: "alert", id: "profile-error", hidden: true});
@@ -119,16 +133,10 @@ export class ProfilePanel {
         const name = this.#name;
         if (!file || !name) return;
         this.#clear();
-        if (file.size > kMaxBytes) {
-            this.#refuse(file.name, {code: "too_large", message: "A profile may have 1 MiB at most.",
-                field: "profile.photometry", value: `${file.size} bytes`});
-            return;
-        }
         const upload = ++this.#uploads;
         this.#button.disabled = true;
-        const photometry = toBase64(new Uint8Array(await file.arrayBuffer()));
-        const result = await this.#connection.command(
-            {set_light: {name, profile: {name: file.name.slice(0, 100), photometry}}}, {quiet: true});
+        const {refused, ...profile} = await profileOf(this.#connection, file);
+        const result = refused ?? await this.#connection.command({set_light: {name, profile}}, {quiet: true});
         this.#button.disabled = false;
         this.#input.value = "";    // the same file again is a new choice
         if (upload !== this.#uploads || name !== this.#name) return;

@@ -10,6 +10,7 @@ const kPickEveryMs = 100;     // questions about what lies under the pointer
 export class Readout {
     node = h("output", {id: "under", hidden: true, role: "status"});
     pick = null;              // the last one that is shown
+    place = null;             // where that is
 
     #connection; #aimed; #changed;
     #asked = false; #next = null; #timer = 0;
@@ -43,7 +44,7 @@ export class Readout {
             const pick = await this.at(now);
             this.#asked = false;
             if (!this.#next) return;
-            this.#show(pick);
+            this.#show(pick, now);
             if (this.#next !== now) this.ask(this.#next);
         }, kPickEveryMs);
     }
@@ -53,7 +54,8 @@ export class Readout {
         if (this.#next) this.ask({...this.#next});
     }
 
-    #show(pick) {
+    #show(pick, place = null) {
+        this.place = place;
         this.node.hidden = !pick?.hit;
         this.pick = pick?.hit ? pick : null;
         this.#changed();

@@ -123,8 +123,8 @@ export class RenderPanel {
 
     #keep(capture, query) {
         const picture = pictureOf(capture, this.#store.state, query);
-        const {width_px, height_px, scene_rev, samples, noise_ratio, denoised} = capture;
-        const facts = [`${width_px} × ${height_px}`, `revision ${scene_rev}`];
+        const {width_px, height_px, samples, noise_ratio, denoised} = capture;
+        const facts = [`${width_px} × ${height_px}`];
         if (samples !== undefined) facts.push(`${samples} samples`, noise_ratio === undefined ? "noise not known: 8 samples are the fewest that tell it" : `noise ${formatNumber(100 * noise_ratio, 2)} %`);
         if (denoised) facts.push("denoised");
         const text = facts.join(", ");

@@ -5,7 +5,7 @@ import {h, setText} from "./dom.js";
 import {plainName, saveFile} from "./capture.js";
 import {bytesOf} from "./connection.js";
 import {askUnsaved} from "./unsaved.js";
-import {uploadName} from "./uploads.js";
+import {putFile} from "./upload_file.js";
 
 const kNotHeld = "The show will not hold its scene: the scene's files have more than 128 MiB, or could not be read again. It opens only where they are.";
 const kSizes = ["B", "kB", "MB"];
@@ -138,7 +138,10 @@ export class Shows {
         this.#rows.replaceChildren(...list.map(({name, bytes, age_s}) => h("tr", {"data-show": name}, h("td", {}, name === show.name ? h("strong", {}, name) : name),
             h("td", {}, sizeText(bytes)), h("td", {}, ageText(age_s)),
             h("td", {}, pageRole === "viewer" ? null : h("button", {type: "button", class: "quiet", "aria-label": `Open ${name}`, onclick: () => this.#openShow(name)}, "Open"),
-                h("button", {type: "button", class: "quiet", "aria-label": `Download ${name}`, onclick: () => this.#download(name)}, "Download")))));
+                h("button", {type: "button", class: "quiet", "aria-label": `Download ${name}`, onclick: () => this.#download(name)}, "Download"),
+                ...(pageRole === "viewer" ? [] : [
+                    h("button", {type: "button", class: "quiet", "aria-label": `Rename ${name}`, onclick: () => this.#rename(name)}, "Rename"),
+                    h("button", {type: "button", class: "quiet", "aria-label": `Delete ${name}`, onclick: () => this.#remove(name)}, "Delete")])))));
     }
 
     // Result: null: the user wants this scene to stay; else what of it stays when another one takes its place, as
@@ -155,8 +158,9 @@ export class Shows {
         const stays = await this.replace(true, file);
         if (!stays) return null;
         began();
-        const result = await this.#connection.command({load_scene: {file, ...stays}});
+        const result = await this.#connection.command({load_scene: {file, ...stays}}, {quiet: true});
         if (result?.code === "ok") this.#store.noteLoad(result);
+        else if (result) this.#toasts.show({...result, value: [file.replace(/^upload:/, ""), result.value].filter(Boolean).join(": ")});
         return result;
     }
 
@@ -171,6 +175,24 @@ export class Shows {
         return result.code === "ok";
     }
 
+    // Result: whether the server did what the message asks for; the list is that of its folder then.
+    async #edit(message) {
+        const answer = await this.#connection.request(message).catch(() => ({}));
+        const result = answer.result ?? {code: "disconnected", message: "There is no connection."};
+        this.#refuse(result.code === "ok" ? null : result);
+        if (result.code === "ok") await this.#list();
+        return result.code === "ok";
+    }
+
+    #rename(name) {
+        const new_name = prompt("Another name of the show", name)?.trim();
+        if (new_name && new_name !== name) this.#edit({rename_show: {name, new_name}});
+    }
+
+    #remove(name) {
+        if (confirm(`Delete the show ${name} for good?`)) this.#edit({remove_show: {name}});
+    }
+
     async #openShow(name) {
         if (!await this.replace(false)) return;
         const result = await this.#connection.command({open_show: {name}}, {quiet: true}) ?? {code: "disconnected", message: "The connection ended before the server answered."};
@@ -182,10 +204,9 @@ export class Shows {
 
     async openFile(file) {
         if (pageRole === "viewer") return;
-        const name = uploadName(file.name), token = this.#connection.token;
-        const response = await fetch(`/v1/uploads/${name}`, {method: "PUT", body: file, headers: token ? {Authorization: `Bearer ${token}`} : {}}).catch(() => null);
-        if (response?.ok) return this.#openShow(`upload:${name}`);
-        this.#refuse({code: "upload", value: file.name, message: response ? (await response.text()).trim() : "The upload broke off."});
+        const {name, refused} = await putFile(this.#connection, file);
+        if (refused) this.#refuse(refused);
+        else await this.#openShow(name);
     }
 
     async #downloadScene(format) {

@@ -1,4 +1,4 @@
-// The strip under the picture: frames shown, response time, revision; while the passes are shown also what a frame takes.
+// The strip under the picture: frames shown, response time; while the renderer's steps are shown also what a frame takes.
 
 import {h, setText, formatNumber} from "./dom.js";
 import {saveCapture} from "./capture.js";
@@ -67,12 +67,11 @@ export function statsStrip(store, video, connection, node, format) {
         return value;
     };
     const fps = cell("fps", "Pictures shown in the last second; none while nothing changes");
-    const response = cell("ms response", "From sending a change to the picture that contains it");
+    const response = cell("ms until seen", "From sending a change to the picture that contains it");
     const render = cell("ms render", "Queue drained to picture in memory, on the server");
     const encode = cell("ms encode", "On the server");
     const size = cell("kB", "Size of the last frame");
     const gaps = cell("gaps", "Frames missing in the sequence; each asks for a key frame");
-    const rev = cell("rev", "Scene revision of the picture shown");
     const still = h("button", {type: "button", class: "quiet", id: "save", title: "Save the picture as PNG, without video compression",
         onclick: () => saveStill(store, connection)}, "Save still");
     node.append(h("span", {class: "grow"}), still);
@@ -93,7 +92,7 @@ export function statsStrip(store, video, connection, node, format) {
         const idle = last !== null && frames.length === 0;
         setText(fps, idle ? "idle" : String(frames.length));
         setText(fps.nextSibling, idle ? "" : "fps");
-        node.dataset.mode = video.mode;    // without H.264 only the revision is known
+        node.dataset.mode = video.mode;    // without H.264 nothing is known of a frame
         setText(gaps, String(video.gaps));
         gaps.parentNode.classList.toggle("bad", video.gaps > 0);
         if (!last) return;
@@ -104,15 +103,12 @@ export function statsStrip(store, video, connection, node, format) {
             setText(render, formatNumber(last.render_us / 1000, 1));
             setText(encode, formatNumber(last.encode_us / 1000, 1));
             setText(size, formatNumber(last.bytes / 1000, 1));
-            setText(rev, String(last.scene_rev));
-        } else {
-            setText(rev, String(store.state?.scene_rev ?? "–"));
         }
         const name = {h264: "H.264", mjpeg: "MJPEG", still: "Stills"}[video.mode];
         const {encoder, lane} = video.mode === "h264" ? video.stream : {};
-        const lacks = video.lacks && !window.isSecureContext ? "JPEGs: H.264 needs https or localhost" : "";
-        setText(format, [video.size.join(" × "), transport.text, lacks].filter(Boolean).join(" · "));
-        format.title = [name, encoder, lane && `${lane} lane`, video.lacks].filter(Boolean).join(" · ");
+        const [short = "", long = ""] = video.lacks ?? [];
+        setText(format, [video.size.join(" × "), transport.text, short && `JPEG: ${short}`].filter(Boolean).join(" · "));
+        format.title = [name, encoder, lane && `${lane} lane`, long].filter(Boolean).join(" · ");
     }, kRefreshMs);
     return transport;
 }

@@ -15,7 +15,7 @@ export class Store extends EventTarget {
     #notifyPlanned = false;
     #chosen = new Set();       // names of the lights that are selected
     #byName = new Map();       // the lights of `state`
-    #said = {scene_rev: 0, warnings: []};    // what the answer to the last load said
+    #said = {scene_rev: 0, warnings: [], notes: []};    // what the answer to the last load said
     #gesture = 0;              // of the last hand that took hold: what it sends is undone as one
 
     constructor(connection) {
@@ -145,9 +145,9 @@ export class Store extends EventTarget {
         this.#notify();
     }
 
-    // The warnings of the last load, kept until another scene comes.
-    noteLoad({scene_rev, warnings = []}) {
-        this.#said = {scene_rev, warnings};
+    // The warnings and notes of the last load, kept until another scene comes.
+    noteLoad({scene_rev, warnings = [], notes = []}) {
+        this.#said = {scene_rev, warnings, notes};
         this.#notify();
     }
 
@@ -156,6 +156,11 @@ export class Store extends EventTarget {
     get loadWarnings() {
         const own = this.state?.scene_warnings ?? [];
         return [...own, ...this.#said.warnings.filter((text) => !own.includes(text) && !/shines? into nothing/.test(text))];
+    }
+
+    // What the last load understood of a show.
+    get loadNotes() {
+        return this.#said.notes;
     }
 
     // Result: the light that a warning says shines into nothing, where recess_light may mend it.
@@ -188,7 +193,7 @@ export class Store extends EventTarget {
         if (changed?.scene !== undefined) {
             state.scene_warnings = changed.scene_warnings ?? [];
             // A change of the warnings alone brings the scene's name, but no scale.
-            if (typeof changed.scene_scale === "number" && scene_rev > this.#said.scene_rev) this.#said = {scene_rev: 0, warnings: []};    // of another scene
+            if (typeof changed.scene_scale === "number" && scene_rev > this.#said.scene_rev) this.#said = {scene_rev: 0, warnings: [], notes: []};    // of another scene
         }
         for (const [name, value] of Object.entries(changed ?? {})) {
             if (["scene_rev", "lights", "groups", "scene_warnings"].includes(name)) continue;

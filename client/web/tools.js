@@ -1,12 +1,13 @@
 // The tools over the picture, as buttons and as the keys that people know: several, move (W, G), turn (E, R), add (N),
 // beam (B), frame (F); Ctrl+D duplicates, Delete removes.
 
-import {h, setText, onPageKey} from "./dom.js";
+import {h, formatNumber, setText, onPageKey} from "./dom.js";
 import {pageRole} from "./control.js";
 import {framing} from "./camera.js";
 import {duplicate, freeName, removeChosen} from "./many.js";
-import {add, scale} from "./projection.js";
+import {add, length, scale, sub} from "./projection.js";
 
+const kNeighbours = 3;         // whose distance shows while a light is added
 const kBefore_m = 0.05;        // a new light is so far before the surface that was clicked
 const kLeastFrame_m = 0.75;    // radius of what one light fills the picture with
 const kHints = {
@@ -20,6 +21,7 @@ export class Tools {
     #store; #connection; #handles; #cameraHand; #beam;
     #buttons = {};
     #mode = "";            // of kHints
+    #spacing = "";         // to the neighbours of where a light would be added
     #hint = h("p", {id: "tool-hint", role: "status", hidden: true});
 
     // screen: where the tools lie over the picture.
@@ -57,12 +59,23 @@ export class Tools {
         for (const [name, on] of Object.entries(pressed)) this.#buttons[name].setAttribute("aria-pressed", String(on));
         const mode = this.#mode || (this.#handles.several ? "several" : "");
         this.#hint.hidden = mode === "";
-        setText(this.#hint, kHints[mode] ?? "");
+        setText(this.#hint, [kHints[mode] ?? "", mode === "add" ? this.#spacing : ""].filter(Boolean).join(" · "));
+    }
+
+    // pick: what lies under the pointer.
+    #tellSpacing(pick) {
+        const place = pick && add(pick.point_m, scale(pick.normal, kBefore_m));
+        const near = place ? this.#store.state.lights.filter((light) => !light.sun).map(({name, position}) => ({name, away_m: length(sub(place, position))}))
+            .sort((a, b) => a.away_m - b.away_m).slice(0, kNeighbours) : [];
+        this.#spacing = near.map(({name, away_m}) => `${formatNumber(away_m, 2)} m to ${name}`).join(", ");
+        this.update();
     }
 
     #set(mode) {
         this.#mode = mode;
         this.#handles.cross("adding", mode === "add");
+        this.#spacing = "";
+        this.#handles.onHover = mode === "add" ? (pick) => this.#tellSpacing(pick) : null;
         this.#handles.onPlace = mode === "add" ? (place, event) => this.#addAt(place, event.shiftKey) : null;
         this.update();
     }

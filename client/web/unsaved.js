@@ -26,7 +26,7 @@ export function askUnsaved(show, save, keepable, mergeable = false) {
     });
     const dialog = h("dialog", {id: "unsaved-dialog", "aria-labelledby": "unsaved-title"},
         h("h2", {id: "unsaved-title"}, !show.unsaved ? `${show.name} is saved` : show.name ? `${show.name} has changed since it was saved` : "The show is not saved"),
-        h("p", {class: "hint"}, `Undo brings it back after loading, as long as the server runs. ${show.can_save ? "A show saved on the server stays beyond that." : "A downloaded show can be opened again beyond that."}`),
+        h("p", {class: "hint"}, `Undo brings it back after loading. ${show.can_save ? "A show saved on the server stays beyond that." : "A downloaded show can be opened again beyond that."}`),
         keepable ? h("label", {}, keep, " Keep the lights, cues, views and grids: another file of the same room") : null,
         mergeable ? h("label", {}, merge, " Merge: the next edition of this MVR show. Cues, presets, levels and grids stay; what the file changed is told") : null, form, problem,
         h("div", {class: "row"}, h("button", {type: "button", class: "quiet", id: "unsaved-discard", onclick: () => end(true)}, show.unsaved ? "Load without saving" : "Load"),

@@ -1,29 +1,27 @@
-// Scene files from this computer: chosen or dropped onto the picture, uploaded, loaded.
+// Files from this computer: chosen or dropped onto the picture. A scene is uploaded and loaded. A photometric file becomes the
+// profile of the selected luminaires, or comes into the library where none is selected.
 
 import {pageRole} from "./control.js";
 import {h, setText} from "./dom.js";
+import {setAll} from "./many.js";
+import {profileOf} from "./profile.js";
+import {putFile} from "./upload_file.js";
 
 const kEndings = [".glb", ".gltf", ".mvr"];
-
-// Result: the name under which the server takes the file.
-export function uploadName(name) {
-    const at = name.lastIndexOf(".");
-    const clean = (text) => text.replaceAll(/[^A-Za-z0-9._-]/g, "-");
-    const ending = clean(name.slice(at)).toLowerCase();
-    return `${clean(name.slice(0, at)).replace(/^\.+/, "").slice(0, 64 - ending.length) || "scene"}${ending}`;
-}
+const kPhotometry = [".ies", ".ldt", ".xml", ".iesxml", ".gldf", ".gdtf", ".zip"];
 
 export class Uploads {
-    #connection; #load; #toasts;
+    #store; #connection; #load; #toasts;
 
     // node: where the button goes; target: where files may be dropped; load(file): loads what was uploaded.
-    constructor(connection, toasts, node, target, load) {
+    constructor(store, connection, toasts, node, target, load) {
+        this.#store = store;
         this.#connection = connection;
         this.#toasts = toasts;
         this.#load = load;
-        const input = h("input", {type: "file", accept: kEndings.join(","), hidden: true, "aria-label": "Scene file to upload"});
+        const input = h("input", {type: "file", accept: [...kEndings, ...kPhotometry].join(","), hidden: true, "aria-label": "Scene file to upload"});
         this.busy = h("span", {class: "faint busy", role: "status"});
-        node.append(h("button", {type: "button", class: "quiet", title: "Upload a .glb, .gltf or .mvr from this computer; or drop it onto the picture",
+        node.append(h("button", {type: "button", class: "quiet", title: "Upload a scene (.glb, .gltf, .mvr) or a photometric file from this computer; or drop it onto the picture",
             onclick: () => input.click()}, "Upload…"), input, this.busy);
         input.addEventListener("change", () => {
             if (input.files[0]) this.send(input.files[0]);
@@ -42,19 +40,31 @@ export class Uploads {
 
     async send(file) {
         if (pageRole === "viewer") return;
-        if (!kEndings.some((ending) => file.name.toLowerCase().endsWith(ending))) {
-            this.#refused("unsupported", file.name, "Only .glb, .gltf and .mvr files are scenes.");
-            return;
-        }
-        const name = uploadName(file.name);
+        const ends = (endings) => endings.some((ending) => file.name.toLowerCase().endsWith(ending)), isScene = ends(kEndings);
+        if (!isScene && !ends(kPhotometry))
+            return this.#refused("unsupported", file.name, `Scenes are ${kEndings.join(", ")} files, photometry is ${kPhotometry.join(", ")}.`);
+        if (!isScene && this.#store.chosen.length > 0) return this.#light(file);
+        const name = await this.#put(file);
+        if (!name) return;
+        if (isScene) await this.#load(name);
+        else this.#toasts.show({code: "library", message: `${file.name} is in the library.`});
+    }
+
+    // The file as the profile of what is selected.
+    async #light(file) {
+        const lights = this.#store.chosen, {refused, ...profile} = await profileOf(this.#connection, file);
+        const result = refused ?? await this.#connection.command(setAll(lights, {profile}), {quiet: true});
+        if (result?.code === "ok") this.#toasts.show({code: "profile", message: `${file.name} is the profile of ${lights.length === 1 ? lights[0].name : `${lights.length} lights`} now.`});
+        else this.#refused(result?.code ?? "disconnected", file.name, result?.message ?? "The connection ended before the server answered.");
+    }
+
+    // Result: the name by which the server finds the file; undefined where it was refused, which is told.
+    async #put(file) {
         setText(this.busy, `Uploading ${file.name}…`);
-        const token = this.#connection.token;
-        const response = await fetch(`/v1/uploads/${name}`, {
-            method: "PUT", body: file, headers: token ? {Authorization: `Bearer ${token}`} : {},
-        }).catch(() => null);
+        const {name, refused} = await putFile(this.#connection, file);
         setText(this.busy, "");
-        if (response?.ok) await this.#load(`upload:${name}`);
-        else this.#refused("upload", file.name, response ? (await response.text()).trim() : "The upload broke off.");
+        if (refused) this.#toasts.show(refused);
+        return name;
     }
 
     #refused(code, value, message) {

@@ -26,15 +26,23 @@ export function parseFrameHeader(buffer) {
     };
 }
 
+// Why the picture is not H.264: in few words, and what can be done about it.
+const kWhy = {
+    browser: ["this browser has no H.264", "This browser has no WebCodecs: pictures are JPEGs."],
+    insecure: ["H.264 needs https or localhost",
+        "Browsers decode H.264 only from https or localhost: pictures are JPEGs. Open the page as https (goniod --tls-cert), or by a tunnel as localhost."],
+    decoder: ["this browser could not decode H.264", "This browser could not decode the server's H.264: pictures are JPEGs."],
+    server: ["this server makes no H.264", "This server has no encoder for H.264: pictures are JPEGs."],
+    stream: ["no stream came through", "No stream of pictures came through: single pictures are fetched."],
+};
+
 export class Video extends EventTarget {
     mode = "VideoDecoder" in window ? "h264" : "mjpeg";    // "h264" | "mjpeg" | "still"
     framesDecoded = 0;
     gaps = 0;
     shownRev = 0;
     shownFinal = false;    // nothing newer follows what is shown, until something changes
-    // Why it is not H.264 from the start; empty where the browser could.
-    lacks = "VideoDecoder" in window ? "" : window.isSecureContext ? "This browser has no WebCodecs: pictures are JPEGs."
-        : "Browsers decode H.264 only from https or localhost: pictures are JPEGs. Open the page as https (goniod --tls-cert), or by a tunnel as localhost.";
+    why = "VideoDecoder" in window ? "" : window.isSecureContext ? "browser" : "insecure";    // it is not H.264: a key of kWhy; "": it is
 
     #connection; #canvas; #image; #context;
     #decoder = null;
@@ -66,6 +74,8 @@ export class Video extends EventTarget {
         image.addEventListener("load", () => this.#imageLoaded());
     }
 
+    // Why the picture is not H.264, [in few words, in a sentence]; null where it is.
+    get lacks() { return kWhy[this.why] ?? null; }
     // The encoder and the lane of the frames, as the server tells them.
     get stream() { return {encoder: this.#config?.encoder ?? "", lane: this.#config?.lane ?? ""}; }
     get size() {
@@ -75,7 +85,7 @@ export class Video extends EventTarget {
 
     async #start(config) {
         if (config) this.#config = config;
-        if (config?.encoder === "mjpeg" && this.mode === "h264") return this.#setMode("mjpeg");
+        if (config?.encoder === "mjpeg" && this.mode === "h264") return this.#setMode("mjpeg", "server");
         this.#canvas.hidden = this.mode !== "h264";
         this.#image.hidden = this.mode === "h264";
         if (this.mode === "mjpeg") {
@@ -161,7 +171,7 @@ export class Video extends EventTarget {
         const now = performance.now();
         this.#errors = [...this.#errors.filter((time) => now - time < kErrorWindowMs), now];
         if (error.name === "NotSupportedError" || this.#errors.length >= kMaxDecoderErrors) {
-            this.#setMode("mjpeg");
+            this.#setMode("mjpeg", "decoder");
             return;
         }
         for (const header of this.#headers.values()) this.#acknowledge(header);
@@ -169,9 +179,10 @@ export class Video extends EventTarget {
         this.#connection.post({request_keyframe: {}});
     }
 
-    #setMode(mode) {
+    #setMode(mode, why) {
         this.#stream.stop();
         this.mode = mode;
+        this.why = why;
         this.#emit("mode", mode);
         if (mode === "mjpeg") {
             this.#connection.video = false;
@@ -218,7 +229,7 @@ export class Video extends EventTarget {
         if (this.mode !== "mjpeg") return;
         setTimeout(() => {
             if (this.mode !== "mjpeg" || !this.#connection.live) return;
-            if (++this.#imageErrors >= 2) this.#setMode("still");
+            if (++this.#imageErrors >= 2) this.#setMode("still", "stream");
             else this.#start(null);
         }, kMjpegRetryMs);
     }

@@ -48,6 +48,20 @@ function savedList(store, connection) {
     }};
 }
 
+// The cameras of the scene's file: they can be gone to, and nothing else.
+function fileCameras(store, hand) {
+    const chips = h("div", {class: "chips", id: "file-cameras"});
+    let shown = "";
+    return {node: chips, update() {
+        const views = store.state.file_cameras?.views ?? [];
+        if (JSON.stringify(views) === shown) return;
+        shown = JSON.stringify(views);
+        chips.hidden = views.length === 0;
+        chips.replaceChildren(...views.map(({name, camera: {eye, target, fov_rad}}) => h("button", {type: "button", class: "chip", title: `The file's camera ${name}`,
+            onclick: () => { hand.set({eye, target}); store.set("fov", fov_rad, {set_camera: {fov_rad}}); }}, name)));
+    }};
+}
+
 export function viewPanel(store, node, hand, connection) {
     const go = (name) => {
         const {bounds, camera, size_px} = store.state ?? {}, side = kSides.find(([known]) => known === name);
@@ -65,7 +79,7 @@ export function viewPanel(store, node, hand, connection) {
     };
     const {open, form} = nameForm({title: "Save this view", opens: "Save this view", placeholder: "Name of the view", label: "Name of the view",
         verb: "Save", submit: async (name) => (await connection.command({save_view: {name}}))?.code === "ok"});
-    const parts = [vector("Eye", "eye"), vector("Looks at", "target"), savedList(store, connection)];
+    const parts = [fileCameras(store, hand), vector("Eye", "eye"), vector("Looks at", "target"), savedList(store, connection)];
     node.append(h("h2", {}, "Views", h("span", {class: "grow"}), open), form, sides, ...parts.map((part) => part.node));
     onPageKey((event) => {
         if (event.metaKey || event.altKey || event.shiftKey || pageRole === "viewer" || event.target.closest("input, select, textarea")) return;

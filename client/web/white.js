@@ -16,7 +16,7 @@ export function temperatureControl(bound, name = "") {
     const track = range(shown, {label: `Colour temperature${name}`, id: name ? undefined : "cct", min: kRange[0], max: kRange[1], step: 1,
         toTrack: mired, fromTrack: (x) => Math.round(-1e6 / x), origin: kWhite,
         text: (kelvin) => (bound.value() === 0 ? "none" : `${Math.round(kelvin)} K`)});
-    const field = number(kelvins, {label: `Colour temperature${name} in K; 0 for none`, id: name ? undefined : "cct", min: 0, max: kRange[1], step: 100, digits: 0});
+    const field = number(kelvins, {label: `Colour temperature${name} in K; empty for none`, id: name ? undefined : "cct", min: 0, max: kRange[1], step: 100, digits: 0, none: "none"});
     const chip = (text, kelvin, title) => h("button", {type: "button", class: "chip", title, "data-kelvin": kelvin, onclick: () => bound.set(kelvin)}, text);
     const chips = [chip("None", 0, "The white of Rec.709; lux stay as they are"),
         ...kTemperatures.map((kelvin) => chip(`${kelvin} K`, kelvin, "Lux stay as they are"))];

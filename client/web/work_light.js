@@ -20,7 +20,8 @@ export function workLightButton(store, connection) {
     const node = h("button", {type: "button", class: "quiet", id: "work-light-toggle", onclick: () => switchOn(connection, !store.state.work_light)});
     return {node, update() {
         node.setAttribute("aria-pressed", String(store.state.work_light === true));
-        setText(node, "Work light");
+        const {work_light, work_light_on, view} = store.state;
+        setText(node, work_light && !work_light_on && view === "beauty" ? "Work light: not needed, surfaces give light" : "Work light");
         node.title = "Shows the scene without any light; it is not part of the design";
     }};
 }

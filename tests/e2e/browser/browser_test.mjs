@@ -372,14 +372,14 @@ async function control(page, browser, server) {
     const eye = async () => (await state(page)).camera.eye.join();
     await page.locator("#take-camera").click();
     await says(page, "You have the camera");
-    await says(other, "page has the camera");
+    await says(other, "Another page has the camera");
     const before = await eye();
     await drag(other);
     await drag(viewer);
     await sleep(300);
     check(await eye() === before, "while one page has the camera, others do not move it");
     await other.locator("#take-camera").click();
-    await says(page, "page has the camera");
+    await says(page, "Another page has the camera");
     await drag(other);
     await until("the camera moving", async () => await eye() !== before);
     await other.locator("#take-camera").click();
@@ -400,6 +400,9 @@ async function fallback(browser, server) {
     const shown = await picture(page, "#still");
     check(shown.spread > 4 && await page.evaluate(() => window.gonio.mode === "mjpeg"), "without WebCodecs the picture comes as MJPEG",
         `spread ${shown.spread.toFixed(1)}`);
+    const why = /this browser has no H\.264/i;
+    await until("why in the bar", async () => why.test(await page.locator("#format").textContent()));
+    check(/has no WebCodecs/.test(await page.locator("#toasts").textContent()), "the bar and a message say why", await page.locator("#format").textContent());
     await page.close();
 }
 
@@ -425,7 +428,7 @@ async function locked(browser) {
         "with a token the MJPEG picture comes through fetch()", `spread ${shown.spread.toFixed(1)}`);
     await page.locator("input[type=file]").first().setInputFiles({name: "a scene.gltf", mimeType: "model/gltf+json",
         buffer: Buffer.from(JSON.stringify({asset: {version: "2.0"}, scenes: [{nodes: []}], scene: 0}))});
-    await until("the uploaded scene", async () => (await state(page)).scene === "upload:a-scene.gltf");
+    await until("the uploaded scene", async () => (await state(page)).scene === "upload:a scene.gltf");
     check(!addresses.some((address) => address.includes("token")), "an uploaded scene is loaded; no address holds the token");
     const looker = await browser.newPage();
     listen(looker);

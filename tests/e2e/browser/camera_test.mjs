@@ -41,7 +41,7 @@ async function schemes(page) {
     const far = ({eye, target}) => distance(eye, target);
     const start = await camera(page);
     const orbited = await after(page, () => drag(page, "middle", [60, 0]));
-    check(distance(orbited.target, start.target) < 1e-9 && Math.abs(far(orbited) - far(start)) < 1e-6, "the middle button orbits");
+    check(distance(orbited.eye, start.eye) > 0.01 && Math.abs(far(orbited) - far(start)) < 1e-6, "the middle button orbits");
     await page.keyboard.down("Shift");
     const panned = await after(page, () => drag(page, "middle", [40, 20]));
     await page.keyboard.up("Shift");
@@ -50,6 +50,34 @@ async function schemes(page) {
     const nearer = await after(page, () => drag(page, "middle", [0, -50]));
     await page.keyboard.up("Control");
     check(far(nearer) < 0.9 * far(panned) && distance(nearer.target, panned.target) < 1e-9, "with Ctrl it goes nearer", far(nearer).toFixed(2));
+}
+
+// About what is under the pointer; and an eye in the building stays in it.
+async function turns(page) {
+    await page.evaluate(() => new Promise((resolve) => setTimeout(resolve, 300)));
+    const at = await empty(page);
+    await page.mouse.move(at[0] - 30, at[1] - 30);
+    await page.mouse.move(...at);
+    await until("what is under the pointer", () => page.locator("#under").isVisible());
+    await sleep(300);    // the newest place is told
+    const {pick} = await asked(page, {pick: await page.locator("#canvas").boundingBox().then(async (box) => {
+        const [width, height] = (await state(page)).size_px, side = Math.min(box.width / width, box.height / height);
+        return {x: (at[0] - box.x - (box.width - side * width) / 2) / (side * width), y: (at[1] - box.y - (box.height - side * height) / 2) / (side * height)};
+    })});
+    const start = await camera(page);
+    const turned = await after(page, () => drag(page, "left", [50, 20]));
+    check(Math.abs(distance(turned.eye, pick.point_m) - distance(start.eye, pick.point_m)) < 0.02 && distance(turned.target, start.target) > 0.05,
+        "a drag turns about what is under the pointer", pick.point_m.map((x) => x.toFixed(2)).join(" "));
+    const inside = await page.evaluate(async () => {
+        const {orbitAbout} = await import("/camera.js"), box = {min_m: [-2, 0, -2], max_m: [2, 3, 2]};
+        let pose = {eye: [1, 1.6, 1.5], target: [0, 1.5, -1]};
+        for (let i = 0; i < 400; ++i) {
+            pose = orbitAbout(pose, [0, 0, -1.9], 9, i % 2 ? 3 : -2, box);
+            if (!pose.eye.every((x, k) => x >= box.min_m[k] - 1e-9 && x <= box.max_m[k] + 1e-9)) return pose.eye.join(" ");
+        }
+        return "";
+    });
+    check(inside === "", "an eye inside stays inside, however far the hand goes", inside);
 }
 
 async function walking(page) {
@@ -128,6 +156,19 @@ async function standard(page) {
     await sleep(300);
     check(distance((await camera(page)).eye, still.eye) < 1e-9, "but in a slider, which has a Home of its own");
     await asked(page, {command: {set_exposure: {automatic: true}}});
+}
+
+// A page that was opened later knows the camera that the scene began with, too.
+async function home(page, other) {
+    const {home_camera, file_cameras} = await state(page), isHome = async () => distance((await camera(page)).eye, home_camera.eye) < 1e-9;
+    await go(page, "top");
+    await other.locator("button[title='Back to the camera that the scene came with']").click();
+    await until("the scene's own camera", isHome);
+    check((await camera(page)).fov_rad === home_camera.fov_rad, "Reset goes to the camera that the scene came with");
+    await go(page, "top");
+    check(file_cameras.views.length === 1 && await other.locator("#file-cameras button").count() === 1, "the file's cameras are under Views", file_cameras.views[0].name);
+    await other.locator("#file-cameras button").click();
+    await until("the file's camera", isHome);
 }
 
 async function saved(page, other) {
@@ -229,9 +270,11 @@ await inBrowser(async (browser, servers) => {
     const page = await open({viewport: {width: 1280, height: 900}});
     await settled(page);
     await schemes(page);
+    await turns(page);
     await standard(page);
     await walking(page);
     const other = await open();
+    await home(page, other);
     await saved(page, other);
     await other.close();
     await size(page);

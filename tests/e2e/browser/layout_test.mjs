@@ -8,7 +8,7 @@ import {createRequire} from "node:module";
 import {tmpdir} from "node:os";
 import {join} from "node:path";
 
-import {check, end, inBrowser, listen, screenshot, settled, startServer, until} from "./harness.mjs";
+import {asked, check, end, inBrowser, listen, screenshot, settled, startServer, until} from "./harness.mjs";
 
 const kSizes = {phone: [390, 844], tablet: [820, 1180], desktop: [1440, 900], "phone on its side": [844, 390]};
 const kAll = process.env.GONIO_LAYOUTS === "all";
@@ -118,6 +118,11 @@ async function run(browser, server, size, scheme) {
     await settled(page);
     await shots(page, `${size}-${scheme}-illuminance`);
     await look(page, `lux in false colour: ${at}`);
+    const share = await page.evaluate(() => {
+        const area = (selector) => { const {width, height} = document.querySelector(selector).getBoundingClientRect(); return width * height; };
+        return area("#legend") / area("#screen");
+    });
+    check(share < 0.2, `the legend covers at most a fifth of the picture: ${at}`, `${(100 * share).toFixed(0)} %`);
     await page.locator("#views button[data-value=beauty]").click();
     await settled(page);
     await context.close();
@@ -171,6 +176,21 @@ async function keyboard(browser, server) {
     await page.goto(server.url);
     await until("the first picture", () => page.evaluate(() => window.gonio?.framesDecoded > 0));
     const focused = () => page.evaluate(() => document.activeElement.id);
+    let stops = 0;
+    for (; stops < 10 && await focused() !== "canvas"; ++stops) {
+        await page.keyboard.press("Tab");
+        if (await focused() === "skip") await page.keyboard.press("Enter");
+    }
+    check(await focused() === "canvas", "the picture is reached by at most ten stops of the Tab key", String(stops));
+    const level = async () => (await page.evaluate(() => window.gonio.state.lights[0].level_ratio)), before = await level();
+    await page.locator("#light-list .pick").first().focus();
+    await page.keyboard.press("Shift+ArrowLeft");
+    await until("a lower level", async () => Math.abs(await level() - before + 0.1) < 1e-9);
+    await page.keyboard.press("Tab");
+    check(await page.evaluate(() => document.activeElement.closest("#light-list")) === null, "a luminaire is one stop; left and right ride its level");
+    await page.locator("#light-list .pick").first().focus();
+    await page.keyboard.press("Shift+ArrowRight");
+    await until("the level of before", async () => Math.abs(await level() - before) < 1e-9);
     await page.locator("#meter-toggle").focus();
     await page.keyboard.press("Enter");
     check(await page.locator("#meter").isVisible(), "Enter opens a tool");
@@ -188,10 +208,51 @@ async function keyboard(browser, server) {
     await page.close();
 }
 
+// Panels are as large as somebody drags them, parts of them fold, and both stay so.
+async function panels(browser, server) {
+    const context = await browser.newContext({viewport: {width: 1440, height: 900}});
+    const page = await context.newPage();
+    listen(page);
+    await page.goto(server.url);
+    await until("the first picture", () => page.evaluate(() => window.gonio?.framesDecoded > 0));
+    const name = (await page.evaluate(() => window.gonio.state.lights[0].name));
+    for (const group of ["front", "side"]) await asked(page, {command: {set_group: {name: group, lights: [name]}}});
+    await page.locator("#groups li").nth(1).waitFor();
+    for (const [width, height] of [[1440, 900], [1920, 1080], [1024, 768]]) {
+        await page.setViewportSize({width, height});
+        const {panel, last} = await page.evaluate(() => ({panel: document.querySelector("#groups").getBoundingClientRect().bottom,
+            last: document.querySelector("#groups li:last-child").getBoundingClientRect().bottom}));
+        check(last <= panel && last <= height, `both groups are seen at ${width} × ${height}`, `${last.toFixed(0)} of ${panel.toFixed(0)}`);
+    }
+    await page.setViewportSize({width: 1440, height: 900});
+    const width = async (selector) => Math.round((await page.locator(selector).boundingBox()).width);
+    const edge = await page.locator(".edge.left").boundingBox(), at = [edge.x + edge.width / 2, edge.y + 200], before = await width("#left");
+    await page.mouse.move(...at);
+    await page.mouse.down();
+    await page.mouse.move(at[0] + 80, at[1], {steps: 4});
+    await page.mouse.up();
+    check(await width("#left") === before + 80, "an edge is dragged", `${before} to ${await width("#left")} px`);
+    await page.locator(".edge.right").focus();
+    const right = await width("#inspector");
+    await page.keyboard.press("ArrowLeft");
+    check(await width("#inspector") === right + 16, "and moved by arrow keys");
+    await page.locator("#haze .fold").click();
+    check(await page.locator("#haze select, #haze button.chip").first().isHidden() && await page.locator("#haze h2").isVisible(), "a heading folds its part");
+    await page.reload();
+    await until("the page again", () => page.evaluate(() => window.gonio?.framesDecoded > 0));
+    check(await width("#left") === before + 80 && await width("#inspector") === right + 16
+        && await page.locator("#haze .fold").getAttribute("aria-expanded") === "false", "both stay when the page is opened anew");
+    await page.locator(".edge.left").dblclick();
+    check(await width("#left") === before, "a double click sets an edge back");
+    for (const group of ["front", "side"]) await asked(page, {command: {set_group: {name: group, lights: []}}});
+    await context.close();
+}
+
 await inBrowser(async (browser, servers) => {
     servers.push(await startServer("127.0.0.1:0", ["--renderer", "null"]));
     for (const size of Object.keys(kSizes)) for (const scheme of schemes(size)) await run(browser, servers[0], size, scheme);
     await locked(browser);
     await themes(browser, servers[0]);
     await keyboard(browser, servers[0]);
+    await panels(browser, servers[0]);
 });

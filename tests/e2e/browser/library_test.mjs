@@ -30,7 +30,8 @@ await inBrowser(async (browser, servers) => {
     const row = (name) => page.locator(`#library tr[data-profile="${name}"]`);
     await until("the folder's files", () => row("spots/wide.ies").isVisible());
     const text = await row("spots/wide.ies").textContent();
-    check(/Acme Lumen, K7/.test(text) && /1.04[78] lm/.test(text) && /500 cd/.test(text) && /90°/.test(text) && /12.0 W/.test(text), "a row has maker, lm, cd, beam angle and watts", text);
+    check(text.includes("Acme Lumen K7") && text.includes("spots/wide.ies") && /1.04[78] lm/.test(text) && /500 cd/.test(text) && /90.0°/.test(text) && /12.0 W/.test(text),
+        "a row has maker and product, file, lm, cd, beam angle and watts", text);
     check(await row("spots/wide.ies").locator("svg.small path.c0").getAttribute("d") !== "", "and its polar curve");
     check((await row("broken.ies").textContent()).includes("Not usable") && (await row("link.ies").textContent()).includes("out of the folder"), "files that are none say why");
     if (screenshot) await page.screenshot({path: screenshot});

@@ -5,6 +5,10 @@
 import {asked, check, inBrowser, listen, picture, screenshot, settled, startServer, state, until} from "./harness.mjs";
 import {changed, distance, drag, handle, light, names, onPage} from "./place.mjs";
 
+// Absolute photometry, rotationally symmetric, 5000 cd down to nothing at 40°.
+const kNarrow = ["IESNA:LM-63-2002", "[TEST] none", "[MANUFAC] Gonio tests", "[LUMCAT] NARROW", "[LUMINAIRE] narrow beam",
+    "TILT=NONE", "1 -1 1 7 1 1 2 0 0 0", "1 1 50", "0 10 20 30 40 60 90", "0", "5000 4000 1500 300 0 0 0", ""].join("\n");
+
 const circle = (name) => `circle[data-light="${name}"]`;
 const said = (page) => page.locator("#many-name").textContent();
 const positions = async (page) => Object.fromEntries((await state(page)).lights.map((one) => [one.name, one.position]));
@@ -64,6 +68,23 @@ async function changesAll(page, first) {
     await until("one height", async () => (await state(page)).lights.every((one) => one.position[1] === 3.1));
     check(true, "one field sets a coordinate of all");
     await undone(page, "one undo sets their heights back", async () => (await light(page, first)).position[1] === 3);
+    for (const [label, field, value, factor] of [["Tilt", "tilt_rad", 30, Math.PI / 180], ["Shutter", "shutter_ratio", 0.5, 1], ["Zoom", "zoom_rad", 40, Math.PI / 180]]) {
+        const before = (await state(page)).lights.map((one) => one[field]);
+        await page.locator(`#many-view input[type=number][aria-label='${label} of the selected lights']`).fill(String(value));
+        await page.keyboard.press("Enter");
+        await until(`one ${field}`, async () => (await state(page)).lights.every((one) => Math.abs(one[field] - value * factor) < 1e-5));
+        await undone(page, `one field sets the ${label.toLowerCase()} of all, one undo sets it back`, async () => JSON.stringify((await state(page)).lights.map((one) => one[field])) === JSON.stringify(before));
+    }
+    await page.locator("#many-view select[aria-label='Luminous opening of the selected lights']").selectOption("disc");
+    await until("one opening", async () => (await state(page)).lights.every((one) => one.opening === "disc 0.6"));
+    await undone(page, "one choice gives all an opening", async () => (await state(page)).lights.every((one) => one.opening_of_file));
+    const profiles = async () => (await state(page)).lights.map((one) => one.profile), own = JSON.stringify(await profiles());
+    await page.locator("#many-view input[type=file]").setInputFiles({name: "narrow.ies", mimeType: "text/plain", buffer: Buffer.from(kNarrow)});
+    await until("one profile", async () => (await profiles()).every((name) => name === "narrow.ies"));
+    await undone(page, "one upload gives all a profile", async () => JSON.stringify(await profiles()) === own);
+    await page.locator("input[aria-label='Scene file to upload']").setInputFiles({name: "narrow.ies", mimeType: "text/plain", buffer: Buffer.from(kNarrow)});
+    await until("a message", () => page.locator(".toast", {hasText: "narrow.ies is the profile of 3 lights now"}).isVisible());
+    await undone(page, "a photometric file that is dropped does, too", async () => JSON.stringify(await profiles()) === own);
     await page.locator("button[aria-label='Align y to the mean']").click();
     await until("the mean height", async () => (await state(page)).lights.every((one) => Math.abs(one.position[1] - 2.8) < 1e-9));
     check(true, "aligned to the mean", "2.8 m of 3, 2.6 and 2.8");
@@ -146,12 +167,17 @@ async function addsAndRemoves(page) {
     await page.keyboard.press("n");
     check(await page.locator("#tool-add").getAttribute("aria-pressed") === "true", "N begins to add");
     const before = (await names(page)).length, place = await onPage(page, [0.3, 0.3]);
+    await page.mouse.move(place[0] - 9, place[1]);
     await page.mouse.move(...place);
+    await until("the distances to the neighbours", async () => / m to /.test(await page.locator("#tool-hint").textContent()));
+    const told = /([\d.]+) m to ([^,]+)/.exec(await page.locator("#tool-hint").textContent());
     await page.mouse.click(...place);
     await until("a new light", async () => (await names(page)).length === before + 1);
     const made = await light(page, "light 1");
     check(made && distance(made.aim, [0, 0, 1]) < 1e-6 && Math.abs(made.position[2] + 1.95) < 0.02, "a click on the back wall puts it 5 cm before it, aimed along its normal", `${made.position} ${made.aim}`);
     check(await page.locator("#tool-add").getAttribute("aria-pressed") === "false", "one click adds one");
+    const away = distance((await light(page, told[2])).position, made.position);
+    check(Math.abs(away - Number(told[1])) < 0.1, "its distance to the nearest was told before", `${told[0]}, ${away.toFixed(2)} m`);
     await page.locator("#canvas").focus();
     await page.keyboard.press("Delete");
     await until("one less", async () => (await names(page)).length === before);
@@ -163,6 +189,8 @@ async function addsAndRemoves(page) {
 async function showsBeam(page, first) {
     await asked(page, {command: {set_light: {name: first, position_m: [-0.4, 1.5, 1.5], aim: [0, -1, 0], profile: {name: "narrow_spot"}}}});
     await page.locator(`#light-list li[data-name="${first}"] .pick`).click();
+    check(await page.locator("#tool-beam").getAttribute("aria-pressed") === "false", "no beam is shown until it is asked for");
+    await page.locator("#tool-beam").click();
     await until("the beam in the picture", async () => (await page.locator("#beam .beam").getAttribute("d"))?.endsWith("Z"));
     const {beam} = await asked(page, {beam: {light: first}});
     for (const {ratio, points_m, hit} of beam.edges) {

@@ -43,6 +43,21 @@ async function colour(page) {
     check(true, "Ctrl+Z takes the gel away");
 }
 
+// What somebody did before the page was loaded anew is undone by the same button.
+async function reload(page) {
+    const before = (await light(page)).level_ratio;
+    await page.locator("#level-number").fill("42");
+    await page.locator("#level-number").press("Enter");
+    await until("the level", async () => (await light(page)).level_ratio === 0.42);
+    await page.reload();
+    await until("the step of before", () => page.locator("#undo").isEnabled());
+    await page.locator("#undo").click();
+    await until("the level of before", async () => (await light(page)).level_ratio === before);
+    check(true, "undo goes on where the page is loaded again");
+    await page.locator("#redo").click();
+    await until("the level again", async () => (await light(page)).level_ratio === 0.42);
+}
+
 async function shows(page) {
     await until("that it is not saved", async () => await page.locator("#show-state").textContent() === "Not saved");
     await page.keyboard.press("Control+s");
@@ -69,12 +84,26 @@ async function shows(page) {
     await until("saved by key", async () => await page.locator("#show-state").textContent() === "");
     check(JSON.parse(readFileSync(join(folder, "shows", "Act 1.json"))).lights[0].level_ratio === 0.3, "Ctrl+S writes over the show at hand");
 
+    // Another name for the file; a copy under the first one; the other one goes.
+    const questions = [];
+    page.on("dialog", (dialog) => { questions.push(dialog.message()); return dialog.accept(dialog.type() === "prompt" ? "Act 2" : undefined); });
+    await page.locator("#show-open").click();
+    await page.locator("button[aria-label='Rename Act 1']").click();
+    await until("the new name", async () => (await shown(page)).name === "Act 2");
+    await page.locator("button[aria-label='Rename Act 2']").click();    // to the name that it has
+    await page.locator("#show-save-as input").fill("Act 1");
+    await page.locator("#show-save-as input").press("Enter");
+    await until("saved once more", async () => (await shown(page)).name === "Act 1");
+    await page.locator("button[aria-label='Delete Act 2']").click();
+    await page.locator("#show-dialog tr[data-show='Act 2']").waitFor({state: "detached"});
+    check(questions.length === 3 && /Delete the show Act 2/.test(questions.at(-1)), "a show is renamed, and deleted when that is confirmed", questions.join(", "));
+    questions.length = 0;
+    await page.keyboard.press("Escape");
+
     // Another name, then the first one again; what is not saved is asked about.
     await page.locator("#level-number").fill("80");
     await page.keyboard.press("Enter");
     await page.locator("#show-open").click();
-    const questions = [];
-    page.on("dialog", (dialog) => { questions.push(dialog.message()); return dialog.accept(); });
     const asked = page.locator("#unsaved-dialog");
     await page.locator("button[aria-label='Open Act 1']").click();
     await asked.waitFor();
@@ -270,7 +299,7 @@ async function viewer(browser, url) {
     await until("the state", () => page.evaluate(() => window.gonio?.state?.show?.name));
     await page.locator("#show-open").click();
     await until("the list", () => page.locator("tr[data-show='Act 1']").isVisible());
-    check(await page.locator("#show-dialog button", {hasText: /^(Save|Save as|Open)/}).count() === 0
+    check(await page.locator("#show-dialog button", {hasText: /^(Save|Save as|Open|Rename|Delete)/}).count() === 0
         && await page.locator("button[aria-label='Download Act 1']").isVisible(), "a viewer lists and downloads, and neither saves nor opens");
     await page.close();
 }
@@ -312,6 +341,7 @@ await inBrowser(async (browser, servers) => {
     await until("a picture", () => page.evaluate(() => window.gonio.framesDecoded > 0));
     page.light = (await light(page)).name;
     await colour(page);
+    await reload(page);
     await shows(page);
     await loads(page);
     await faults(browser, server.url);
