@@ -78,10 +78,10 @@ int Session::changed(const Result<v1::ServerMessage>& answer) const {
     const bool colours = &err == &std::cerr && ::isatty(STDERR_FILENO) == 1 && std::getenv("NO_COLOR") == nullptr;
     for (const std::string& warning : answer->result().warnings())
         err << (colours ? "\033[31m" : "") << "warning: " << warning << (colours ? "\033[0m" : "") << "\n";
-    for (const std::string& note : answer->result().notes()) out << note << "\n";
     out << "scene_rev " << answer->result().scene_rev() << "\n";
     if (answer->result().has_replaced())
         out << "replaced " << answer->result().replaced() << " (gonio undo brings it back)\n";
+    for (const std::string& note : answer->result().notes()) out << note << "\n";
     return kExitOk;
 }
 

@@ -273,8 +273,8 @@ TEST_F(CliRun, ChangesPrintTheirRevision) {
 TEST_F(CliRun, ALoadTellsWhatItReplacedAndUnderstood) {
     EXPECT_EQ(run({"load", "scene", "cornell"}), 0) << err;
     EXPECT_EQ(out,
-              "taken: fixture: \"Spot 1\"\nscene_rev 8\n"
-              "replaced atrium: 3 luminaires; not saved (gonio undo brings it back)\n");
+              "scene_rev 8\nreplaced atrium: 3 luminaires; not saved (gonio undo brings it back)\n"
+              "taken: fixture: \"Spot 1\"\n");
     EXPECT_EQ(err, "warning: left out: a fixture is not patched\n") << "what was understood is no warning";
 }
 
