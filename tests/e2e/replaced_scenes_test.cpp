@@ -103,12 +103,18 @@ std::vector<v1::ClientMessage> one_of_each() {
     });
     for (v1::ClientMessage& message : messages) {  // those that would wait, or be refused before they touch the scene
         if (message.has_learn()) message.mutable_learn()->set_timeout_s(0.2);
-        if (message.has_capture()) message.mutable_capture()->set_format("png");
+        if (message.has_capture()) {
+            message.mutable_capture()->set_format("png");
+            message.mutable_capture()->set_width_px(16), message.mutable_capture()->set_height_px(16);
+        }
         if (message.has_meter()) {
             for (const double x : {0.0, 0.01, 0.0}) message.mutable_meter()->add_point_m(x);
             for (const double x : {0.0, 1.0, 0.0}) message.mutable_meter()->add_normal(x);
         }
-        if (message.has_lux_report()) message.mutable_lux_report()->set_max_seconds(0.1);
+        if (message.has_lux_report()) {
+            message.mutable_lux_report()->set_max_seconds(0.1);
+            message.mutable_lux_report()->set_width_px(64);
+        }
     }
     return messages;
 }
@@ -122,7 +128,7 @@ TEST_F(ReplacedScenes, EveryMessageIsAnswered) {
     std::thread loads([&] {
         for (int i = 0; !stop; ++i) {
             daemon->gonio({"load", "scene", i % 2 == 0 ? "cylinder" : "cornell"});
-            std::this_thread::sleep_for(300ms);
+            std::this_thread::sleep_for(1s);
         }
     });
     std::vector<std::thread> clients;
