@@ -1,6 +1,7 @@
 // Wires the page: one connection, one store, and the parts that show it.
 
 import {setText} from "./dom.js";
+import {fitUnaskedSize} from "./fit_size.js";
 import {Connection} from "./connection.js";
 import {Store} from "./store.js";
 import {Video} from "./video.js";
@@ -115,6 +116,7 @@ function showLink() {
 }
 connection.addEventListener("status", showLink);
 connection.addEventListener("ready", showLink);
+fitUnaskedSize(connection);
 video.addEventListener("shown", ({detail}) => { if (detail.final) handles.atRest(); });
 video.addEventListener("shown", () => { pictureSeen = true; if (!$("veil").hidden) showLink(); });
 setInterval(() => { if (connection.status.state === "waiting") showLink(); }, 250);

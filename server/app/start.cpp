@@ -234,6 +234,7 @@ Scene first_scene(const Options& options, Revision* restored_rev, UndoRecord* un
         size.mutable_set_size()->set_width_px(static_cast<std::uint32_t>(std::max(options.width_px, 0)));
         size.mutable_set_size()->set_height_px(static_cast<std::uint32_t>(std::max(options.height_px, 0)));
         apply_option(scene, size);
+        scene.size_auto = !restored && !options.size_given;
     }
     if (!restored || options.technique_given || options.samples) {
         v1::Command command;

@@ -75,6 +75,7 @@ void set_size(Scene& scene, const v1::SetSize& set) {
     if (height % 2 != 0) refuse("invalid_argument", "set_size.height_px", std::to_string(height), "must be even");
     change(scene, scene.width_px, width, scene.size_rev);
     change(scene, scene.height_px, height, scene.size_rev);
+    change(scene, scene.size_auto, false, scene.size_rev);
 }
 
 void set_patch(Scene& scene, const v1::SetPatch& set) {

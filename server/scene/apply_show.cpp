@@ -30,6 +30,7 @@ void keep_viewing(const Scene& scene, Scene& fresh) {
     fresh.samples = scene.samples;
     fresh.width_px = scene.width_px;
     fresh.height_px = scene.height_px;
+    fresh.size_auto = scene.size_auto;
 }
 
 void open_show(Scene& scene, const v1::OpenShow& open, const Loaded& loaded) {

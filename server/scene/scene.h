@@ -67,6 +67,7 @@ struct Scene {
     Technique technique = Technique::standard;
     std::uint32_t samples = kDefaultVpls;
     int width_px = 800, height_px = 800;
+    bool size_auto = false;  // nobody has asked for a size: the first page that looks chooses one
 
     Revision scene_rev = 1;  // bumped by every command that changed anything
     // Revision of a part: the scene_rev of the command that last changed it.

@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 #include <string_view>
+#include <unordered_set>
 
 #include "ies/synthetic.h"
 #include "protocol/schema/cue.pb.h"
@@ -73,6 +74,17 @@ void put_file_cameras(const SceneAsset& asset, v1::SavedViews& out) {
     }
 }
 
+// Presets of another room's lights are kept until that room is loaded again, and are not listed meanwhile.
+void put_presets(const Scene& scene, v1::Presets& out) {
+    std::unordered_set<std::string_view> lights;
+    for (const Light& light : scene.lights) lights.insert(light.name);
+    for (const auto& [name, preset] : scene.presets)
+        if (preset->empty() ||
+            std::ranges::any_of(*preset, [&](const PresetLight& light) { return lights.contains(light.name); }))
+            out.add_names(name);
+    out.set_recalled(scene.recalled);
+}
+
 // Writes every part whose revision is newer than `since`; 0 writes all.
 void put_parts(const Scene& scene, Revision since, v1::State& out) {
     out.set_scene_rev(scene.scene_rev);
@@ -122,12 +134,10 @@ void put_parts(const Scene& scene, Revision since, v1::State& out) {
     if (scene.size_rev > since) {
         out.add_size_px(static_cast<std::uint32_t>(scene.width_px));
         out.add_size_px(static_cast<std::uint32_t>(scene.height_px));
+        out.set_size_auto(scene.size_auto);
     }
-    if (scene.presets_rev > since) {
-        v1::Presets& presets = *out.mutable_presets();
-        for (const auto& [name, preset] : scene.presets) presets.add_names(name);
-        presets.set_recalled(scene.recalled);
-    }
+    if (std::max({scene.presets_rev, scene.lights_rev, scene.geometry_rev}) > since)
+        put_presets(scene, *out.mutable_presets());
     if (scene.cues_rev > since) {
         v1::Cues& cues = *out.mutable_cues();
         if (scene.cues)

@@ -214,6 +214,21 @@ async function size(page) {
     await until("the old size", async () => (await state(page)).size_px[0] === 400);
 }
 
+// Where nobody has asked for a size the first page chooses one, and no other page does.
+async function unasked(open, server) {
+    const page = await open({viewport: {width: 1440, height: 900}}, server);
+    const fitted = await until("a size", async () => {
+        const {size_px, size_auto} = await state(page);
+        return !size_auto && size_px;
+    });
+    const box = await page.locator("#screen").boundingBox(), [width, height] = fitted;
+    check(Math.abs(width / height / (box.width / box.height) - 1) < 0.01 && width * height <= 1e6 && width > 600, "an unasked size fits the first page's window", fitted.join(" × "));
+    const other = await open({viewport: {width: 700, height: 700}}, server);
+    await sleep(500);
+    check(JSON.stringify((await state(other)).size_px) === JSON.stringify(fitted), "and stays when another page opens");
+    await Promise.all([page.close(), other.close()]);
+}
+
 // Of frames that come after the last event of a drag the second one shows it, whichever is still on its way.
 async function follows(page) {
     const light = (await state(page)).lights[0].name;
@@ -279,9 +294,11 @@ await inBrowser(async (browser, servers) => {
     await other.close();
     await size(page);
     await page.close();
+    servers.push(await startServer("127.0.0.1:0", ["--renderer", "null"], {sized: false}));
+    await unasked(open, servers[1]);
     // How soon pictures follow is asked of those that are rendered.
     servers.push(await startServer("127.0.0.1:0", ["--size", "400x400"]));
-    const rendered = await open({viewport: {width: 1280, height: 900}}, servers[1]);
+    const rendered = await open({viewport: {width: 1280, height: 900}}, servers[2]);
     await follows(rendered);
     if (screenshot) await rendered.screenshot({path: screenshot});
 });

@@ -162,12 +162,17 @@ TEST_F(Presets, AreToldAndStayWhateverIsLoaded) {
     loaded.asset = scene.asset;
     ASSERT_TRUE(apply(scene, command, loaded));
     EXPECT_EQ(scene.presets.size(), kMaxPresets) << "the same file once more";
-    auto other = std::make_shared<SceneAsset>(*scene.asset);
-    other->lights[0].name = "another";
+    const auto first = scene.asset;
+    auto other = std::make_shared<SceneAsset>(*first);
+    for (LightSeed& seed : other->lights) seed.name = "another " + seed.name;
     loaded.asset = other;
     ASSERT_TRUE(apply(scene, command, loaded));
     EXPECT_EQ(scene.presets.size(), kMaxPresets)
         << "another file, of whose lights they know none: the first may come back";
+    EXPECT_EQ(full_state(scene).presets().names_size(), 0) << "and none is listed until then";
+    loaded.asset = first;
+    ASSERT_TRUE(apply(scene, command, loaded));
+    EXPECT_EQ(full_state(scene).presets().names_size(), static_cast<int>(kMaxPresets));
 }
 
 TEST_F(Presets, AFadeGoesInEqualStepsAndEndsExactly) {
