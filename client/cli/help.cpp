@@ -1,27 +1,13 @@
 #include <algorithm>
-#include <utility>
 #include <vector>
 
 #include "client/cli/commands.h"
+#include "client/cli/table.h"
 
 namespace gonio {
 namespace {
 
-using Lines = std::vector<std::pair<std::string, std::string>>;  // what stands left, and right
-
-// Result: characters, not bytes.
-std::size_t width_of(const std::string& text) {
-    return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
-}
-
-std::string columns(const Lines& lines) {
-    std::size_t width = 0;
-    for (const auto& [left, right] : lines) width = std::max(width, width_of(left));
-    std::string text;
-    for (const auto& [left, right] : lines)
-        text += "  " + left + (right.empty() ? "" : std::string(width - width_of(left) + 2, ' ') + right) + "\n";
-    return text;
-}
+using Lines = std::vector<Cells>;  // of two cells, the left one with its indent
 
 std::string with_value(const WordRow& row) {
     return std::string(row.name) + (row.metavar.empty() ? "" : " " + std::string(row.metavar));
@@ -39,8 +25,8 @@ std::string synopsis(const WordCommand& command) {
 
 void add_rows(Lines& lines, std::span<const WordRow> rows) {
     for (const WordRow& row : rows)
-        lines.emplace_back(with_value(row),
-                           std::string(row.form == WordForm::degrees ? "degrees, " : "") + std::string(row.help));
+        lines.push_back({"  " + with_value(row),
+                         std::string(row.form == WordForm::degrees ? "degrees, " : "") + std::string(row.help)});
 }
 
 std::string command_help(const WordCommand& command) {
@@ -49,14 +35,15 @@ std::string command_help(const WordCommand& command) {
     add_rows(lines, command.options);
     if (command.message.starts_with("command.")) add_rows(lines, change_options());
     return "usage: gonio " + synopsis(command) + (command.options.empty() ? "" : " [options]") + "\n\n" +
-           std::string(command.help) + "\n\n" + columns(lines);
+           std::string(command.help) + "\n\n" + aligned(lines);
 }
 
 std::string command_list(const std::string& group) {
     Lines lines;
     for (const WordCommand& command : cli_commands())
-        if (group.empty() || command.name.starts_with(group + " ")) lines.emplace_back(synopsis(command), command.help);
-    return columns(lines);
+        if (group.empty() || command.name.starts_with(group + " "))
+            lines.push_back({"  " + synopsis(command), std::string(command.help)});
+    return aligned(lines);
 }
 
 }  // namespace
@@ -69,7 +56,7 @@ std::string help_text(const ReadWords& words) {
     return "usage: gonio [options] COMMAND\n\n"
            "Talks to a running goniod. gonio COMMAND --help prints the options of a command.\n"
            "Angles are degrees, all else is SI; a vector is written x,y,z (world, +Y up).\n\n" +
-           command_list("") + "\nOptions, before or after the command:\n" + columns(options) +
+           command_list("") + "\nOptions, before or after the command:\n" + aligned(options) +
            "\nEvery change prints the scene_rev that contains it.\n"
            "exit codes: 0 ok, 1 refused by the server, 2 usage, 3 unreachable\n";
 }

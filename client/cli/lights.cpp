@@ -1,40 +1,13 @@
 // Lights and groups as tables.
-#include <algorithm>
-#include <span>
+#include <cstdio>
 
 #include "client/cli/output.h"
-#include "ies/core/text.h"
+#include "client/cli/table.h"
 #include "protocol/schema/light.pb.h"
 #include "protocol/schema/state.pb.h"
 
 namespace gonio {
 namespace {
-
-using Cells = std::vector<std::string>;
-
-std::size_t width_of(std::string_view text) {
-    std::size_t characters = 0;
-    for (std::size_t at = 0; at < text.size(); ++characters) at += std::max<std::size_t>(utf8_length(text, at), 1);
-    return characters;
-}
-
-// Result: a line for each row. Every column but the last is as wide as its widest cell.
-std::string aligned(std::span<const Cells> rows) {
-    std::vector<std::size_t> widths;
-    for (const Cells& row : rows) {
-        widths.resize(std::max(widths.size(), row.size()));
-        for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], width_of(row[i]));
-    }
-    std::string text;
-    for (const Cells& row : rows) {
-        std::string line;
-        for (std::size_t i = 0; i < row.size(); ++i)
-            line += row[i] + std::string(i + 1 < row.size() ? widths[i] - width_of(row[i]) + 2 : 0, ' ');
-        line.erase(line.find_last_not_of(' ') + 1);
-        text += line + "\n";
-    }
-    return text;
-}
 
 std::string rounded(double value, const char* format) {
     char text[64];

@@ -7,7 +7,6 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <optional>
 
 #include "protocol/schema/codec.h"
 #include "protocol/schema/cue.pb.h"
@@ -233,18 +232,17 @@ std::string report_table(const v1::FrameReport& report) {
 }
 
 // Result: the angle in plane C0, and after a slash the widest one where that is wider; degrees.
-static std::string beam_text(std::optional<double> rad, double widest_rad) {
-    if (!rad) return "-";
+static std::string beam_text(bool known, double rad, double widest_rad) {
+    if (!known) return "-";
     char text[64];
-    std::snprintf(text, sizeof text, "%.1f", *rad * 180.0 / std::numbers::pi);
+    std::snprintf(text, sizeof text, "%.1f", rad * 180.0 / std::numbers::pi);
     const std::size_t length = std::strlen(text);
-    if (widest_rad > *rad * 1.001)
+    if (widest_rad > rad * 1.001)
         std::snprintf(text + length, sizeof text - length, "/%.1f", widest_rad * 180.0 / std::numbers::pi);
     return text;
 }
 
 std::string library_table(const v1::Library& library) {
-    const auto known = [](bool has, double rad) { return has ? std::optional(rad) : std::nullopt; };
     char line[700];
     std::snprintf(line, sizeof line, "%-32s %9s %9s %11s %11s %6s  %s\n", "name", "lm", "cd", "beam", "field", "W", "");
     std::string text = line;
@@ -254,12 +252,12 @@ std::string library_table(const v1::Library& library) {
             std::snprintf(line, sizeof line, "%-32.128s %9s %9s %11s %11s %6s  not usable: %.300s\n",
                           row.name().c_str(), "-", "-", "-", "-", "-", row.error().c_str());
         } else {
-            std::snprintf(
-                line, sizeof line, "%-32.128s %9.0f %9.0f %11s %11s %6.4g  %.300s\n", row.name().c_str(),
-                summary.flux_lm(), read_numbers(summary, "max_cd").front(),
-                beam_text(known(summary.has_beam_rad(), summary.beam_rad()), summary.widest_beam_rad()).c_str(),
-                beam_text(known(summary.has_field_rad(), summary.field_rad()), summary.widest_field_rad()).c_str(),
-                summary.input_watts(), (summary.description().empty() ? row.source() : summary.description()).c_str());
+            std::snprintf(line, sizeof line, "%-32.128s %9.0f %9.0f %11s %11s %6.4g  %.300s\n", row.name().c_str(),
+                          summary.flux_lm(), read_numbers(summary, "max_cd").front(),
+                          beam_text(summary.has_beam_rad(), summary.beam_rad(), summary.widest_beam_rad()).c_str(),
+                          beam_text(summary.has_field_rad(), summary.field_rad(), summary.widest_field_rad()).c_str(),
+                          summary.input_watts(),
+                          (summary.description().empty() ? row.source() : summary.description()).c_str());
         }
         text += line;
     }
