@@ -5,6 +5,7 @@
 
 #include "ies/direct_ratios.h"
 #include "ies/fold.h"
+#include "ies/keyword.h"
 #include "ies/quantities.h"
 #include "ies/writers.h"
 
@@ -110,33 +111,26 @@ double common_step(const std::vector<double>& angles) {
     return step;
 }
 
-std::string keyword(const Provenance& provenance, std::string_view key) {
-    for (const auto& [name, value] : provenance.keywords) {
-        if (name == key) return value;
-    }
-    return {};
-}
-
 // What the file says beyond the web: as read from EULUMDAT, else from LM-63's keywords and opening.
 EulumdatFields make_fields(const Photometry& photometry, double reference_lm) {
     if (photometry.eulumdat) return *photometry.eulumdat;
     const Provenance& provenance = photometry.provenance;
     EulumdatFields fields;
-    fields.company = keyword(provenance, "MANUFAC");
-    fields.report = keyword(provenance, "TEST");
-    fields.name = keyword(provenance, "LUMINAIRE");
-    fields.number = keyword(provenance, "LUMCAT");
-    fields.date = keyword(provenance, "ISSUEDATE");
+    fields.company = keyword_of(provenance, "MANUFAC");
+    fields.report = keyword_of(provenance, "TEST");
+    fields.name = keyword_of(provenance, "LUMINAIRE");
+    fields.number = keyword_of(provenance, "LUMCAT");
+    fields.date = keyword_of(provenance, "ISSUEDATE");
     fields.length_mm = photometry.opening.length.in(m) / kMillimetre;
     fields.width_mm = photometry.opening.width.in(m) / kMillimetre;
     fields.height_mm = photometry.opening.height.in(m) / kMillimetre;
     fields.type_indicator = provenance.symmetry == Symmetry::axial ? 1 : 3;
     LampSet set;
     set.count = provenance.absolute ? -1 : std::max(1, provenance.lamps);
-    set.type = keyword(provenance, "LAMP");
+    set.type = keyword_of(provenance, "LAMP");
     set.total_lumens = reference_lm;
-    set.colour_appearance = keyword(provenance, "_COLORTEMP");
-    set.colour_rendering = keyword(provenance, "_CRI");
+    set.colour_appearance = keyword_of(provenance, "_COLORTEMP");
+    set.colour_rendering = keyword_of(provenance, "_CRI");
     set.watts = provenance.input_watts;
     fields.lamp_sets = {set};
     return fields;
