@@ -108,6 +108,12 @@ export class CameraHand {
         this.#store.set("camera", pose, {set_camera: {eye_m: pose.eye, target_m: pose.target}});
     }
 
+    // To a camera of the scene, with its field of view.
+    take({eye, target, fov_rad}) {
+        this.set({eye, target});
+        this.#store.set("fov", fov_rad, {set_camera: {fov_rad}});
+    }
+
     #hold() { this.#store.hold("camera", this.pose); }
     #release() { this.#store.release("camera"); }
 

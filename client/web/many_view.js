@@ -5,7 +5,7 @@ import {property, nameForm, slider} from "./controls.js";
 import {section} from "./inspector_parts.js";
 import {kSections, lightControl, lightRows} from "./light_control.js";
 import {openingControl} from "./opening.js";
-import {kPhotometryEndings, luminaireOf, profileOf} from "./profile.js";
+import {giveProfile, kPhotometryAccepted, luminaireOf} from "./profile.js";
 import {gelControl} from "./white.js";
 import {aligned, distributed, moveEach, setAll} from "./many.js";
 
@@ -42,7 +42,7 @@ export function manyView(store, connection, {aimButton, remove, duplicate}) {
     const mean = (valueOf) => lights().reduce((sum, light) => sum + valueOf(light), 0) / lights().length;
     const all = (key, read, write) => property(store, () => `many:${key}`, () => (lights().length ? read() : undefined),
         (value) => setAll(lights(), write(value)));
-    // Those of the first light stand for all; of levels, which fade together, the mean.
+    // A control shows the first light's value; that of the level shows the mean of all levels.
     const bound = (row) => all(row.name, () => (row.name === "level" ? mean((light) => light.level_ratio) : lights()[0][row.state_field]), (value) => ({[row.field]: value}));
     const rows = lightRows.filter((row) => row.name !== "position");
     const controls = new Map(rows.map((row) => [row.name, lightControl(row, bound(row), bound(row), () => lights()[0], kOfThese)]));
@@ -74,13 +74,12 @@ export function manyView(store, connection, {aimButton, remove, duplicate}) {
     const profile = h("select", {"aria-label": "Profile of the selected lights", onchange: () => {
         if (profile.value) connection.command(setAll(lights(), {profile: {name: profile.value}}));
     }});
-    const file = h("input", {type: "file", accept: kPhotometryEndings, hidden: true, "aria-label": `Photometric file${kOfThese}`, onchange: async () => {
+    const file = h("input", {type: "file", accept: kPhotometryAccepted, hidden: true, "aria-label": `Photometric file${kOfThese}`, onchange: async () => {
         const chosen = file.files[0];
         if (!chosen) return;
-        const {refused, ...read} = await profileOf(connection, chosen);
+        const result = await giveProfile(connection, lights(), chosen);
         file.value = "";    // the same file again is a new choice
-        const result = refused ?? await connection.command(setAll(lights(), {profile: read}), {quiet: true});
-        if (result?.code !== "ok") connection.dispatchEvent(new CustomEvent("refused", {detail: {...result, value: `${chosen.name} ${result?.value ?? ""}`.trim()}}));
+        if (result.code !== "ok") connection.dispatchEvent(new CustomEvent("refused", {detail: {...result, value: `${chosen.name} ${result.value ?? ""}`.trim()}}));
     }});
     const title = h("h2", {id: "many-name"}), summary = h("p", {class: "faint"});
     const group = nameForm({title: "New group of the selected lights", opens: "Group the selected lights", placeholder: "Name of the group",

@@ -69,10 +69,7 @@ export function picturePanel(store, node, cameraHand, connection) {
         toTrack: (deg) => Math.log(Math.tan(deg * kDegree / 4)), fromTrack: (x) => 4 * Math.atan(Math.exp(x)) / kDegree});
     const home = h("button", {type: "button", class: "quiet", title: "Back to the camera that the scene came with"}, "Reset");
     home.addEventListener("click", () => {
-        const {eye, target, fov_rad} = store.state?.home_camera ?? {};
-        if (!eye) return;
-        cameraHand.set({eye, target});
-        store.set("fov", fov_rad, {set_camera: {fov_rad}});
+        if (store.state?.home_camera?.eye) cameraHand.take(store.state.home_camera);
     });
     node.append(h("h2", {}, "Picture", h("span", {class: "grow"}), automatic), exposure.node, gain.node,
         h("div", {class: "slider"}, h("span", {class: "label"}, "Size, px"), h("span", {class: "row pair size"}, size.node, fitSizeButton(connection))),

@@ -2,6 +2,7 @@
 
 import {h, setText, formatLarge, formatNumber} from "./dom.js";
 import {property, select} from "./controls.js";
+import {setAll} from "./many.js";
 import {polarDiagram} from "./polar.js";
 import {sentence} from "./toast.js";
 import {putFile} from "./upload_file.js";
@@ -25,12 +26,20 @@ function factsOf({beam_rad, field_rad, widest_beam_rad, widest_field_rad, openin
         ...(input_watts > 0 ? [["Power", `${formatLarge(input_watts)} W`]] : []), ["File", [format, description].filter(Boolean).join(", ")]];
 }
 
-export const kPhotometryEndings = ".ies,.IES,.ldt,.LDT,.xml,.iesxml,.gldf,.gdtf,.zip,text/plain";
+export const kPhotometry = [".ies", ".ldt", ".xml", ".iesxml", ".gldf", ".gdtf", ".zip"];
+export const kPhotometryAccepted = [...kPhotometry, ".IES", ".LDT", "text/plain"].join(",");    // by a file input
 
 // Result: a profile as SetLight has it; or {refused}, why the file cannot be one. What is too large for a message is uploaded.
-export async function profileOf(connection, file) {
+async function profileOf(connection, file) {
     if (file.size > kMaxBytes) return putFile(connection, file);
     return {name: file.name.slice(0, 100), photometry: toBase64(new Uint8Array(await file.arrayBuffer()))};
+}
+
+// The file becomes the profile of the lights. Result: the answer to the command, or what the answer to it would say.
+export async function giveProfile(connection, lights, file) {
+    const {refused, ...profile} = await profileOf(connection, file);
+    return refused ?? await connection.command(setAll(lights, {profile}), {quiet: true})
+        ?? {code: "disconnected", field: "", message: "The connection ended before the server answered."};
 }
 
 // Base64 without a call per byte and without a stack of arguments.
@@ -56,7 +65,7 @@ export class ProfilePanel {
             (name) => ({set_light: {name: this.#name, profile: {name}}}));
         const choose = {...profile, set: (name) => { this.#clear(); profile.set(name); }};
         this.#select = select(choose, {label: "Profile", options: () => store.state.profiles.map((name) => [name, name])});
-        this.#input = h("input", {type: "file", id: "profile-file", accept: kPhotometryEndings, hidden: true,
+        this.#input = h("input", {type: "file", id: "profile-file", accept: kPhotometryAccepted, hidden: true,
             "aria-label": "Photometric file", onchange: () => this.#take(this.#input.files[0])});
         this.#button = h("button", {type: "button", onclick: () => this.#input.click()}, "Upload…");
         this.#error = h("div", {class: "problem", role: "alert", id: "profile-error", hidden: true});
@@ -135,13 +144,11 @@ export class ProfilePanel {
         this.#clear();
         const upload = ++this.#uploads;
         this.#button.disabled = true;
-        const {refused, ...profile} = await profileOf(this.#connection, file);
-        const result = refused ?? await this.#connection.command({set_light: {name, profile}}, {quiet: true});
+        const result = await giveProfile(this.#connection, [{name}], file);
         this.#button.disabled = false;
         this.#input.value = "";    // the same file again is a new choice
         if (upload !== this.#uploads || name !== this.#name) return;
-        if (!result) this.#refuse(file.name, {code: "disconnected", message: "The connection ended before the server answered."});
-        else if (result.code !== "ok") this.#refuse(file.name, result);
+        if (result.code !== "ok") this.#refuse(file.name, result);
         else {
             this.#asked = "";    // also where name, peak and flux are those of the old profile
             this.#warn(result.warnings ?? []);

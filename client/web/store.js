@@ -158,7 +158,7 @@ export class Store extends EventTarget {
         return [...own, ...this.#said.warnings.filter((text) => !own.includes(text) && !/shines? into nothing/.test(text))];
     }
 
-    // What the last load understood of a show.
+    // Sentences that say what the last load took from an MVR show.
     get loadNotes() {
         return this.#said.notes;
     }

@@ -3,12 +3,10 @@
 
 import {pageRole} from "./control.js";
 import {h, setText} from "./dom.js";
-import {setAll} from "./many.js";
-import {profileOf} from "./profile.js";
+import {giveProfile, kPhotometry} from "./profile.js";
 import {putFile} from "./upload_file.js";
 
 const kEndings = [".glb", ".gltf", ".mvr"];
-const kPhotometry = [".ies", ".ldt", ".xml", ".iesxml", ".gldf", ".gdtf", ".zip"];
 
 export class Uploads {
     #store; #connection; #load; #toasts;
@@ -52,10 +50,9 @@ export class Uploads {
 
     // The file as the profile of what is selected.
     async #light(file) {
-        const lights = this.#store.chosen, {refused, ...profile} = await profileOf(this.#connection, file);
-        const result = refused ?? await this.#connection.command(setAll(lights, {profile}), {quiet: true});
-        if (result?.code === "ok") this.#toasts.show({code: "profile", message: `${file.name} is the profile of ${lights.length === 1 ? lights[0].name : `${lights.length} lights`} now.`});
-        else this.#refused(result?.code ?? "disconnected", file.name, result?.message ?? "The connection ended before the server answered.");
+        const lights = this.#store.chosen, result = await giveProfile(this.#connection, lights, file);
+        if (result.code === "ok") this.#toasts.show({code: "profile", message: `${file.name} is the profile of ${lights.length === 1 ? lights[0].name : `${lights.length} lights`} now.`});
+        else this.#refused(result.code, file.name, result.message);
     }
 
     // Result: the name by which the server finds the file; undefined where it was refused, which is told.

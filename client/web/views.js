@@ -57,8 +57,8 @@ function fileCameras(store, hand) {
         if (JSON.stringify(views) === shown) return;
         shown = JSON.stringify(views);
         chips.hidden = views.length === 0;
-        chips.replaceChildren(...views.map(({name, camera: {eye, target, fov_rad}}) => h("button", {type: "button", class: "chip", title: `The file's camera ${name}`,
-            onclick: () => { hand.set({eye, target}); store.set("fov", fov_rad, {set_camera: {fov_rad}}); }}, name)));
+        chips.replaceChildren(...views.map(({name, camera}) => h("button", {type: "button", class: "chip", title: `The file's camera ${name}`,
+            onclick: () => hand.take(camera)}, name)));
     }};
 }
 
