@@ -21,10 +21,10 @@ constexpr const char* kShow =
 
 }  // namespace
 
-Result<std::shared_ptr<const Profile>> read_luminaire(std::string name, std::string bytes) {
+Result<std::shared_ptr<const Profile>> read_luminaire(std::string name, std::string_view bytes) {
     if (ending_of(name) != ".gdtf") return make_profile(std::move(name), bytes);
     const auto show = write_zip(
-        std::vector<ZipFile>{{"fixture.gdtf", std::move(bytes), false}, {"GeneralSceneDescription.xml", kShow}});
+        std::vector<ZipFile>{{"fixture.gdtf", std::string(bytes), false}, {"GeneralSceneDescription.xml", kShow}});
     if (!show) return show.error();
     const auto scene = import_mvr(*show, name, {}, kMostMemory);
     if (!scene) return scene.error();

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "ies/core/result.h"
 #include "server/scene/profile.h"
@@ -11,6 +12,6 @@ namespace gonio::exchange {
 
 // Result: as make_profile() reads it; of a GDTF fixture the first beam of its first mode, with its gobos. Errors: of
 // make_profile(), "invalid_gdtf" with the import's first warning.
-Result<std::shared_ptr<const Profile>> read_luminaire(std::string name, std::string bytes);
+Result<std::shared_ptr<const Profile>> read_luminaire(std::string name, std::string_view bytes);
 
 }  // namespace gonio::exchange

@@ -75,38 +75,16 @@ private:
     const bool groups_too_;
 };
 
-std::optional<Error> spell_out_set(const Scene& scene, v1::Command& command) {
-    const std::string name = command.set_light().name();
-    const Result<Names> lights = Spelling(scene, "set_light.name", true).of(name);
+// A command of the one light `name` becomes an edit_lights where the name stands for others. fill(names, edit): what it
+// then says.
+template <typename Fill>
+std::optional<Error> spell_out_one(v1::Command& command, const Spelling& spelling, const std::string& name,
+                                   const Fill& fill) {
+    const Result<Names> lights = spelling.of(name);
     if (!lights) return lights.error();
     if (stays(*lights, name)) return std::nullopt;
     v1::EditLights edit;
-    edit.mutable_names()->Assign(lights->begin(), lights->end());
-    *edit.mutable_same() = command.set_light();
-    edit.mutable_same()->clear_name();
-    *command.mutable_edit_lights() = std::move(edit);
-    return std::nullopt;
-}
-
-std::optional<Error> spell_out_remove(const Scene& scene, v1::Command& command) {
-    const std::string name = command.remove_light().name();
-    const Result<Names> lights = Spelling(scene, "remove_light.name", false).of(name);
-    if (!lights) return lights.error();
-    if (stays(*lights, name)) return std::nullopt;
-    v1::EditLights edit;
-    edit.mutable_remove()->Assign(lights->begin(), lights->end());
-    *command.mutable_edit_lights() = std::move(edit);
-    return std::nullopt;
-}
-
-std::optional<Error> spell_out_recess(const Scene& scene, v1::Command& command) {
-    const std::string name = command.recess_light().name();
-    const Result<Names> lights = Spelling(scene, "recess_light.name", true).of(name);
-    if (!lights) return lights.error();
-    if (stays(*lights, name)) return std::nullopt;
-    v1::EditLights edit;
-    edit.mutable_names()->Assign(lights->begin(), lights->end());
-    edit.mutable_same()->set_mount("recessed");
+    fill(*lights, edit);
     *command.mutable_edit_lights() = std::move(edit);
     return std::nullopt;
 }
@@ -142,9 +120,24 @@ Names lights_called(const Scene& scene, std::string_view name) {
 }
 
 std::optional<Error> spell_out_lights(const Scene& scene, v1::Command& command) {
-    if (command.has_set_light()) return spell_out_set(scene, command);
-    if (command.has_remove_light()) return spell_out_remove(scene, command);
-    if (command.has_recess_light()) return spell_out_recess(scene, command);
+    if (command.has_set_light())
+        return spell_out_one(command, {scene, "set_light.name", true}, command.set_light().name(),
+                             [&](const Names& lights, v1::EditLights& edit) {
+                                 edit.mutable_names()->Assign(lights.begin(), lights.end());
+                                 *edit.mutable_same() = command.set_light();
+                                 edit.mutable_same()->clear_name();
+                             });
+    if (command.has_remove_light())
+        return spell_out_one(command, {scene, "remove_light.name", false}, command.remove_light().name(),
+                             [](const Names& lights, v1::EditLights& edit) {
+                                 edit.mutable_remove()->Assign(lights.begin(), lights.end());
+                             });
+    if (command.has_recess_light())
+        return spell_out_one(command, {scene, "recess_light.name", true}, command.recess_light().name(),
+                             [](const Names& lights, v1::EditLights& edit) {
+                                 edit.mutable_names()->Assign(lights.begin(), lights.end());
+                                 edit.mutable_same()->set_mount("recessed");
+                             });
     if (command.has_set_group()) {
         v1::SetGroup& group = *command.mutable_set_group();
         return Spelling(scene, "set_group.lights", false).in(*group.mutable_lights());

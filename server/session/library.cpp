@@ -235,13 +235,13 @@ Library::Row Library::read_row(const std::string& root, const std::string& path,
     if (real.empty()) {
         refuse("it is a link that leads nowhere or out of the folder");
     } else {
-        auto text = read_bounded_file(real, most_bytes(path));
+        const auto text = read_bounded_file(real, most_bytes(path));
         if (text) bytes += text->size();
         if (!text) {
             refuse("it " + text.error().message);
         } else if (text->size() > most_bytes(path)) {
             refuse("too_large: " + too_large(path));
-        } else if (auto profile = exchange::read_luminaire(name, std::move(*text)); !profile) {
+        } else if (auto profile = exchange::read_luminaire(name, *text); !profile) {
             refuse(profile.error().text());
         } else {
             made = row_of(name, source, *profile);
@@ -318,12 +318,14 @@ Result<v1::Library> Library::find(const v1::LibraryQuery& query) {
     }
     std::uint32_t matching = 0, listed = 0;
     // A luminaire that the scene came with is listed once, as the file that it is.
+    const auto of_scene = [](const Row& row) { return row.row.source() == "scene"; };
     std::set<std::string> files;
-    for (const auto* rows : {&uploads_, &files_})
-        for (const Row& row : *rows) files.insert(luminaire_key(row.row));
+    if (std::ranges::any_of(kept_, of_scene))
+        for (const auto* rows : {&uploads_, &files_})
+            for (const Row& row : *rows) files.insert(luminaire_key(row.row));
     const auto take = [&](const auto& rows) {
         for (const Row& row : rows) {
-            if (row.row.source() == "scene" && files.contains(luminaire_key(row.row))) continue;
+            if (of_scene(row) && files.contains(luminaire_key(row.row))) continue;
             ++listed;
             const bool matches = within(query, row.row) && std::ranges::all_of(words, [&](const std::string& word) {
                                      return row.words.find(word) != std::string::npos;
@@ -366,10 +368,10 @@ Result<std::shared_ptr<const Profile>> Library::profile(const std::string& name)
     }
     const std::string real = real_below(root, path);
     if (real.empty()) return Error{"not_found", "profile", name, "the file is not there any more"};
-    auto text = read_bounded_file(real, most_bytes(path));
+    const auto text = read_bounded_file(real, most_bytes(path));
     if (!text) return Error{"file_unreadable", "profile", name, "the file " + text.error().message};
     if (text->size() > most_bytes(path)) return Error{"too_large", "profile", name, too_large(path)};
-    const auto read = exchange::read_luminaire(uploaded ? name.substr(kUploadPrefix.size()) : name, std::move(*text));
+    const auto read = exchange::read_luminaire(uploaded ? name.substr(kUploadPrefix.size()) : name, *text);
     if (!read || !uploaded) return read;
     auto own = std::make_shared<Profile>(**read);
     own->uploaded = true;
