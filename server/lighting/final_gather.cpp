@@ -25,6 +25,7 @@ unsigned part_of(int x, int y, int tile) {
 struct Tracer {
     const GBuffer& gbuffer;
     const transport::Transport::Surface& surface;
+    const std::span<const float> passed;  // transport::Links::passed
     const FinalGather& gather;
     const float nearby_m;  // links up to here take direct light where they end
     const int y;
@@ -46,7 +47,7 @@ struct Tracer {
             if ((met >> i & 1u) == 0) continue;
             near += std::min(1.0f, pixel_m / std::max(hits.distance[i], 1e-30f));
             if (ids[i] == surface.surfels.count || !(hits.distance[i] < nearby_m)) continue;
-            ends.add(fan, hits, i, ids[i], static_cast<std::uint32_t>(x));
+            ends.add(fan, hits, i, ids[i], passed.empty() ? 1.0f : passed[ids[i]], static_cast<std::uint32_t>(x));
         }
         return near;
     }
@@ -162,9 +163,13 @@ bool continue_gather(const GBuffer& gbuffer, const ScreenGrid& screen, const tra
         for (const GatherSource& source : gather.sources) {
             if (source.ends) radii = std::max(radii, source.ends->narrow > 0.0f ? kVplsAloneRadii : kExactRadii);
         }
-        const Tracer tracer{gbuffer,     *transport.surface,
-                            gather,      radii * transport.surface->surfels.radius_m,
-                            gather.next, gather.rows[static_cast<std::size_t>(gather.next) % gather.rows.size()]};
+        const Tracer tracer{gbuffer,
+                            *transport.surface,
+                            transport.links.passed,
+                            gather,
+                            radii * transport.surface->surfels.radius_m,
+                            gather.next,
+                            gather.rows[static_cast<std::size_t>(gather.next) % gather.rows.size()]};
         const std::size_t part = kPart / (gather.pass.generations * trace::kPacket) / kChunk * kChunk,
                           first = gather.next_x, end = std::min(first + part, width);
         pool.run_chunks(end - first, kChunk,

@@ -172,10 +172,10 @@ void direct_at_points(const Points& points, std::span<const glm::vec3> geometric
 
 void LinkEnds::clear() {
     for (auto& values : points) values.clear();
-    normal.clear(), surfel.clear(), of.clear(), length_m.clear();
+    normal.clear(), surfel.clear(), of.clear(), length_m.clear(), passed.clear();
 }
 
-void LinkEnds::add(const transport::Fan& fan, const trace::HitPacket& hits, int i, std::uint16_t id,
+void LinkEnds::add(const transport::Fan& fan, const trace::HitPacket& hits, int i, std::uint16_t id, float passes,
                    std::uint32_t receiver) {
     const glm::vec3 p = fan.rays.at(i, hits.distance[i]), met = glm::normalize(hits.normal(i)),
                     n = glm::dot(met, fan.rays.along(i)) < 0.0f ? met : -met;
@@ -184,6 +184,7 @@ void LinkEnds::add(const transport::Fan& fan, const trace::HitPacket& hits, int 
         points[k + 3].push_back(n[k]);
     }
     normal.push_back(n), surfel.push_back(id), of.push_back(receiver), length_m.push_back(hits.distance[i]);
+    passed.push_back(passes);
 }
 
 void LinkEnds::each(const transport::Transport::Surface& surface, const EndLight& light,
@@ -199,7 +200,7 @@ void LinkEnds::each(const transport::Transport::Surface& surface, const EndLight
         glm::vec3 sum(light.narrow * (1.0f - vpl_share(length_m[k], surfels.radius_m)) * direct[k]);
         if (length_m[k] < kExactRadii * surfels.radius_m)
             sum += light.share * (direct[k] - glm::vec3(light.at_surfels[surfel[k]]));
-        if (sum != glm::vec3(0.0f)) adds(of[k], surfels.albedo[surfel[k]] * sum);
+        if (sum != glm::vec3(0.0f)) adds(of[k], surfels.albedo[surfel[k]] * sum * passed[k]);
     }
 }
 

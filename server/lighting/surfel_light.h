@@ -37,11 +37,13 @@ struct LinkEnds {
     std::vector<glm::vec3> normal;
     std::vector<std::uint16_t> surfel;
     std::vector<std::uint32_t> of;  // which of the caller's receivers the link is of
-    std::vector<float> length_m, direct;
+    std::vector<float> length_m, passed, direct;
 
     void clear();
-    // Ray i's, which meets a surfel; for the receiver'th of the caller's.
-    void add(const transport::Fan& fan, const trace::HitPacket& hits, int i, std::uint16_t id, std::uint32_t receiver);
+    // Ray i's, which meets a surfel; for the receiver'th of the caller's. passes: what air that absorbs lets arrive.
+    // Six parameters: which of what was met, and for whom.
+    void add(const transport::Fan& fan, const trace::HitPacket& hits, int i, std::uint16_t id, float passes,
+             std::uint32_t receiver);
     // adds(of, what the link's end sends besides its surfel) for each end with such light. Any thread.
     void each(const transport::Transport::Surface& surface, const EndLight& light,
               const std::function<void(std::uint32_t, const glm::vec3&)>& adds);

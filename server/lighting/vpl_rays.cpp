@@ -63,17 +63,19 @@ std::vector<Vpl> cast(const VplRays& rays, const trace::Geometry& geometry, cons
     return vpls;
 }
 
-glm::vec3 from_vpls(const trace::Geometry& geometry, std::span<const Vpl> vpls, const glm::vec3& point,
-                    const glm::vec3& normal, const glm::vec3& geometric, float surfel_radius_m) {
+glm::vec3 from_vpls(const trace::Geometry& geometry, const Haze& absorption, std::span<const Vpl> vpls,
+                    const glm::vec3& point, const glm::vec3& normal, const glm::vec3& geometric,
+                    float surfel_radius_m) {
     const glm::vec3 from = point + geometric * (4.0f * geometry.step_off(point));
     glm::vec3 sum(0.0f);
     const auto add = [&](const glm::vec3& light, const glm::vec3& passed) { sum += light * passed; };
     trace::ShadowRays<glm::vec3, decltype(add)> rays(geometry, add);
     for (const Vpl& vpl : vpls) {
         const glm::vec3 d = vpl.position - point;
-        const float share =
-            vpl_share(glm::length(d), surfel_radius_m) * glsl::vpl_geometry(-d, vpl.normal, normal, 0.0f);
+        float share = vpl_share(glm::length(d), surfel_radius_m) * glsl::vpl_geometry(-d, vpl.normal, normal, 0.0f);
         if (!(share > 0.0f)) continue;
+        if (absorption)
+            share *= static_cast<float>(transmittance(absorption, glm::dvec3(point), glm::dvec3(vpl.position)));
         rays.add(from, vpl.position + vpl.normal * (4.0f * geometry.step_off(vpl.position)) - from, 1.0f,
                  vpl.intensity * share);
     }

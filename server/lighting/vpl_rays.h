@@ -52,9 +52,10 @@ inline float vpl_share(float distance_m, float surfel_radius_m) {
     return glm::smoothstep(kLinksAloneRadii, kVplsAloneRadii, distance_m / surfel_radius_m);
 }
 
-// Result: irradiance at a surface point from all of the VPLs that it sees, each with its share, per candela of peak,
-// 1/m², with a ray to each. Any thread.
-glm::vec3 from_vpls(const trace::Geometry& geometry, std::span<const Vpl> vpls, const glm::vec3& point,
-                    const glm::vec3& normal, const glm::vec3& geometric, float surfel_radius_m);
+// Result: irradiance at a surface point, per candela of peak, 1/m²: of all VPLs that it sees, each with its share. A
+// ray goes to each. absorption: of the air between (absorption_of()), local. Any thread. Seven parameters: what stands
+// in the way, what shines, and on what.
+glm::vec3 from_vpls(const trace::Geometry& geometry, const Haze& absorption, std::span<const Vpl> vpls,
+                    const glm::vec3& point, const glm::vec3& normal, const glm::vec3& geometric, float surfel_radius_m);
 
 }  // namespace gonio::lighting

@@ -61,8 +61,9 @@ void light_up(const FrameInputs& inputs, std::span<const glm::vec3> per_unit,
     do {
         transport::solve(surfels, plain.transport->links, {}, {}, transport::kAtRest, plain.light, context.pool);
     } while (plain.light.resumes);
-    transport::radiosity(surfels, 1.0f - plain.light.narrow, plain.light.direct, plain.light.indirect, plain.sent,
-                         context.pool);
+    const std::span<const float> passed = plain.transport->links.passed;
+    transport::radiosity(surfels, passed, 1.0f - plain.light.narrow, plain.light.direct, plain.light.indirect,
+                         plain.sent, context.pool);
     plain.mean_lx = 0.0;
     for (const glm::vec4& lux : plain.light.indirect)
         plain.mean_lx += trace::luminance(glm::dvec3(lux)) / static_cast<double>(surfels.count);
@@ -77,7 +78,7 @@ void find_late(PlainLight& plain, Pool& pool) {
     std::vector<glm::vec4> lacks;
     bounces.bounce(plain.light.indirect, lacks);
     for (std::size_t k = 0; k < surfels.count; ++k) lacks[k] = more * glm::abs(lacks[k] - plain.light.indirect[k]);
-    transport::radiosity(surfels, 0.0f, plain.light.direct, lacks, plain.late, pool);
+    transport::radiosity(surfels, plain.transport->links.passed, 0.0f, plain.light.direct, lacks, plain.late, pool);
 }
 
 // How many surfaces light meets on the mean before it is absorbed, or leaves: `met` of it meets a further one.
@@ -95,6 +96,7 @@ double mean_legs(const transport::Surfels& surfels, double met) {
 struct PointLinks {
     std::vector<transport::Fan> fans;
     std::vector<std::uint16_t> ids;  // kComparedLinks; the number of surfels: none
+    std::vector<float> passed;       // what air that absorbs lets arrive; empty: it absorbs nothing
 };
 PointLinks links_of(const FrameInputs& inputs, const Transport& fine, const transport::Stand& at, Discrepancy& found) {
     const transport::Surfels& surfels = fine.surface->surfels;
@@ -102,7 +104,8 @@ PointLinks links_of(const FrameInputs& inputs, const Transport& fine, const tran
     links.ids.resize(kComparedLinks);
     trace::HitPacket hits;
     double met = 0.0, taken = 0.0, sends = 0.0, lost = 0.0;  // sends, lost: albedos
-    const Haze haze = inputs.context().haze;
+    const Haze haze = inputs.context().haze, absorption = absorption_of(haze);
+    if (absorption) links.passed.resize(kComparedLinks);
     for (unsigned k = 0; k < kComparedLinks; k += trace::kPacket) {
         const transport::Fan& fan =
             links.fans.emplace_back(transport::make_fan(at.start, at.n, at.n, transport::fan_directions(1, k)));
@@ -112,6 +115,9 @@ PointLinks links_of(const FrameInputs& inputs, const Transport& fine, const tran
             const bool meets = (bits >> i & 1u) != 0;
             const glm::vec3 end = fan.rays.at(i, meets ? hits.distance[i] : kSky_m);
             if (haze) taken += 1.0 - transmittance(haze, glm::dvec3(at.start), glm::dvec3(end));
+            if (absorption)
+                links.passed[k + static_cast<unsigned>(i)] =
+                    static_cast<float>(transmittance(absorption, glm::dvec3(at.start), glm::dvec3(end)));
             if (!meets) continue;
             met += 1.0;
             if (ids[i] != surfels.count) {
@@ -172,10 +178,16 @@ Discrepancy discrepancy_of(const FrameInputs& inputs, const std::shared_ptr<cons
     if (2 * coarse->surface->surfels.count > surfels.count) return found;
     std::vector<glm::vec3> per_unit = weights_of(inputs);
     if (kept.scene_rev != inputs.scene.scene_rev || kept.per_unit != per_unit || kept.fine.transport != fine ||
-        kept.coarse.transport != coarse) {
+        kept.made != coarse) {
+        const PassContext context = inputs.context();
         light_up(inputs, per_unit, fine, true, kept.fine);
-        find_late(kept.fine, inputs.context().pool);
-        light_up(inputs, per_unit, coarse, false, kept.coarse);
+        find_late(kept.fine, context.pool);
+        const Haze absorption = absorption_of(context.haze);
+        kept.made = coarse;
+        light_up(inputs, per_unit,
+                 absorption ? std::make_shared<const Transport>(transport::in_air(*coarse, absorption, context.pool))
+                            : coarse,
+                 false, kept.coarse);
         kept.scene_rev = inputs.scene.scene_rev;
         kept.per_unit = std::move(per_unit);
     }
@@ -205,10 +217,15 @@ Discrepancy discrepancy_of(const FrameInputs& inputs, const std::shared_ptr<cons
                                kComparedLinks;
             found.difference_lx += off;
             (by_rays || coarse_by_rays ? patches.back() : patches[coarse_id]) += off;
+            if (const std::vector<float>& mean = fine->links.passed; !mean.empty() && !by_rays)
+                found.absorbed_lx +=
+                    (static_cast<double>(links.passed[k + i]) / std::max(static_cast<double>(mean[id]), 1e-30) - 1.0) *
+                    luminance_of(kept.fine.sent[id]) / kComparedLinks;
             if (!by_rays) found.late_lx += luminance_of(kept.fine.late[id]) / kComparedLinks;
         }
     }
     found.difference_lx = std::abs(found.difference_lx);
+    found.absorbed_lx = std::abs(found.absorbed_lx);
     found.patches_lx = std::sqrt(std::inner_product(patches.begin(), patches.end(), patches.begin(), 0.0));
     return found;
 }

@@ -24,7 +24,8 @@ struct PlainLight {
 struct CoarseLight {
     std::shared_ptr<const transport::Transport::Surface> beside;  // the finer surfels that `builder` stands beside
     std::unique_ptr<transport::Builder> builder;
-    Revision scene_rev = 0;           // that both are of
+    std::shared_ptr<const transport::Transport> made;  // by it, the newest that was lit
+    Revision scene_rev = 0;                            // that both are of
     std::vector<glm::vec3> per_unit;  // by luminaire: lux for one in LightGpu's unit; scenes of one revision may differ
     PlainLight fine, coarse;
 };
@@ -37,6 +38,7 @@ struct Discrepancy {
     double scene_lx = 0.0;       // mean indirect illuminance of all surfels
     double late_lx = 0.0;        // what comes to the point of that which the solve has left out
     double late_share = 0.0;     // Solved::error of the same solve: what late_lx comes from
+    double absorbed_lx = 0.0;    // what the point's own links lose to the air less than surfels' links on the mean
     // Known at once:
     double missing = 0.0;  // share of the links that meet a surface without a surfel, by albedo
     double dimmed = 0.0;   // share of the links' light that haze takes on its way

@@ -93,12 +93,14 @@ double transport_variance(const Discrepancy& found, const FrameInputs& inputs, c
     // A share of the scene's mean. Rays and cells are rounded, so a little light leaks into places that are closed off.
     constexpr double kScene = 0.001;
     constexpr double kDifference = 0.6, kPatches = 0.2;
-    // Left out in haze: what it scatters twice, and what it absorbs on each way between two surfaces. Each order of
-    // scattering is about as large a part of the one before; of what goes on, a tenth leaves at least.
+    // Left out in haze is what it scatters twice. Each order of scattering is about as large a part of the one before;
+    // of what goes on, a tenth leaves at least. Of what it absorbs between two surfaces the mean alone is known, in all
+    // legs but the last one; those of the point's own links are off as much.
     constexpr double kTwice = 0.2, kAgain = 0.9;
     const double albedo = inputs.scene.haze.albedo,
                  scattered = kTwice * albedo * found.dimmed / (1.0 - kAgain * albedo * found.dimmed),
-                 absorbed = std::min(1.0, (1.0 - albedo) * found.dimmed * found.legs), left_out = scattered + absorbed;
+                 absorbed = std::min(1.0, (1.0 - albedo) * found.dimmed * found.legs),
+                 absorbed_lx = found.known ? found.absorbed_lx : absorbed * indirect_lx;
     double unconverged = 0.0;
     const auto add = [&](const transport::Irradiance& light) {
         const double error = static_cast<double>(light.solved.error);
@@ -116,8 +118,9 @@ double transport_variance(const Discrepancy& found, const FrameInputs& inputs, c
     // no walk from a luminaire has reached the place, and it is dark.
     const double missing = found.missing / std::max(1.0 - found.missing, 0.01) * indirect_lx;
     double variance = 0.0;
-    for (const double off : {(found.known ? kLeast : kUnknown) * indirect_lx, late, missing, left_out * indirect_lx,
-                             kScene * found.scene_lx, kDifference * found.difference_lx, kPatches * found.patches_lx})
+    for (const double off :
+         {(found.known ? kLeast : kUnknown) * indirect_lx, late, missing, scattered * indirect_lx, absorbed_lx,
+          kScene * found.scene_lx, kDifference * found.difference_lx, kPatches * found.patches_lx})
         variance += off * off;
     return variance;
 }

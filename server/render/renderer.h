@@ -154,7 +154,7 @@ private:
     bool gathers(const Scene& scene) const;
     bool newer_transport() const {
         const auto newest = own_ ? own_->builder->newest() : nullptr;
-        return newest && newest != transport_;
+        return newest && newest != made_;
     }
 
     const bool direct_by_rays_;
@@ -175,12 +175,14 @@ private:
     std::array<std::pair<const SceneAsset*, Revision>, kMostKnownTransports> looked_{};
     transport::SurfelSettings surfels_;
     unsigned links_ = transport::kMostForwardLinks;
-    std::shared_ptr<const transport::Transport> transport_;  // what passes read
-    std::uint64_t generation_ = 0;                           // counts what it was
-    lighting::Probes probes_;                                // of its surface; of haze
-    lighting::HazePoints haze_points_;                       // likewise
-    std::unique_ptr<ShownBodies> bodies_;                    // null: the scene has none
-    std::shared_ptr<const lighting::Drawn> drawn_;           // without clusters where GL draws the live G-buffer
+    std::shared_ptr<const transport::Transport> transport_;  // what passes read: `made_`, in air that absorbs
+    std::shared_ptr<const transport::Transport> made_;       // by the builder
+    std::array<double, 2> made_in_{};      // what that air absorbs, 1/m, and the height of its layer, m; 0: nothing
+    std::uint64_t generation_ = 0;         // counts what it was
+    lighting::Probes probes_;              // of its surface; of haze
+    lighting::HazePoints haze_points_;     // likewise
+    std::unique_ptr<ShownBodies> bodies_;  // null: the scene has none
+    std::shared_ptr<const lighting::Drawn> drawn_;  // without clusters where GL draws the live G-buffer
     Pool pool_;
     PassCache pass_cache_;
     Target live_;

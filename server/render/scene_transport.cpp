@@ -31,7 +31,7 @@ void Renderer::prepare_geometry(const Scene& scene, bool live) {
         bodies_.reset();
         traced_ = trace::geometry_of(scene);
         own_.reset();
-        transport_.reset();
+        transport_.reset(), made_.reset();
         ++generation_;
         drawn_.reset();
         if (scene.drawn && scene.drawn->geometry == traced_) drawn_ = scene.drawn;
@@ -132,9 +132,14 @@ void Renderer::prepare_transport(const Scene& scene) {
         if (!transport_beside_) own_->builder->wait();
     }
     auto newest = own_->builder->newest();
-    if (newest == transport_ || (!newest && transport_ && &transport_->surface->geometry->asset() == scene.asset.get()))
-        return;
-    transport_ = std::move(newest);
+    if (!newest && transport_ && &transport_->surface->geometry->asset() == scene.asset.get()) return;
+    const Haze absorption = absorption_of(haze_of(scene, own_->traced->origin()));
+    const std::array<double, 2> air = {absorption.extinction_per_m, absorption ? absorption.layer_height_m : 0.0};
+    if (newest == made_ && air == made_in_) return;
+    made_ = newest, made_in_ = air;
+    transport_ = newest && absorption
+                     ? std::make_shared<const transport::Transport>(transport::in_air(*newest, absorption, pool_))
+                     : std::move(newest);
     ++generation_;
 }
 

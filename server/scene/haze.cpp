@@ -38,6 +38,13 @@ double transmittance(const Haze& haze, const glm::dvec3& a, const glm::dvec3& b)
     return std::exp(-optical_depth(haze, a, b));
 }
 
+Haze absorption_of(const Haze& haze) {
+    Haze absorption = haze;
+    absorption.extinction_per_m *= 1.0 - haze.albedo;
+    absorption.albedo = 0.0;
+    return absorption;
+}
+
 double scattering_per_m(const Haze& haze, const glm::dvec3& p) {
     const double most = haze.extinction_per_m * haze.albedo;
     return haze.layer_height_m > 0.0 ? most * std::exp(-std::max(0.0, p.y - haze.floor_m) / haze.layer_height_m) : most;

@@ -31,6 +31,8 @@ Haze haze_of(const Scene& scene, const glm::dvec3& origin);
 double optical_depth(const Haze& haze, const glm::dvec3& a, const glm::dvec3& b);
 // Result: of light what passes from a to b, exp(-optical_depth): Beer and Lambert.
 double transmittance(const Haze& haze, const glm::dvec3& a, const glm::dvec3& b);
+// Result: haze that absorbs as much and scatters nothing.
+Haze absorption_of(const Haze& haze);
 // Result: what is scattered per metre at p, 1/m.
 double scattering_per_m(const Haze& haze, const glm::dvec3& p);
 // Result: Henyey and Greenstein's phase function, 1/sr; its integral over the sphere is 1. The cosine is between the

@@ -103,13 +103,14 @@ float add_reversed(const Links& links, const Brightest& brightest, float few, co
 
 }  // namespace
 
-void radiosity(const Surfels& surfels, float share, std::span<const glm::vec4> direct,
+void radiosity(const Surfels& surfels, std::span<const float> passed, float share, std::span<const glm::vec4> direct,
                std::span<const glm::vec4> indirect, std::vector<glm::vec4>& out, Pool& pool) {
     out.resize(surfels.count);
     pool.run_chunks(surfels.count, kSurfelsAJob, [&](std::size_t first, std::size_t count) {
         for (std::size_t i = first; i < first + count; ++i)
             out[i] = glm::vec4(surfels.albedo[i], 0.0f) *
                      (share * direct[i] + (indirect.empty() ? glm::vec4(0.0f) : indirect[i]));
+        for (std::size_t i = first; i < first + count && !passed.empty(); ++i) out[i] *= passed[i];
     });
 }
 
@@ -124,7 +125,7 @@ Bounces::Bounces(const Surfels& surfels, const Links& links, std::span<const glm
       shown_(kSeen),
       unseen_(kUnseen),
       rest_(surfels.count, glm::vec4(0.0f)) {
-    radiosity(surfels_, 1.0f, direct_, {}, sent_, pool_);
+    radiosity(surfels_, links_.passed, 1.0f, direct_, {}, sent_, pool_);
     const unsigned there = std::min(links.per_surfel(), settings.links);
     const bool reversed = settings.links > there && !links.reversed.empty();
     const Brightest brightest = reversed || settings.rests ? brightest_of(surfels, sent_, pool) : Brightest();
@@ -201,7 +202,7 @@ void Bounces::take_crowded(bool rests, std::vector<glm::vec4>& out) {
 }
 
 void Bounces::send(float share, std::span<const glm::vec4> indirect) {
-    radiosity(surfels_, share, direct_, indirect, sent_, pool_);
+    radiosity(surfels_, links_.passed, share, direct_, indirect, sent_, pool_);
     make_table(sent_, table_, pool_);
 }
 

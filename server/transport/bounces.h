@@ -18,9 +18,9 @@ struct Followed {
     unsigned near, all;
 };
 
-// out = rho (share × direct + indirect): what each surfel sends to an eye or another surface, pi × radiance. indirect:
-// empty: none.
-void radiosity(const Surfels& surfels, float share, std::span<const glm::vec4> direct,
+// out = rho (share × direct + indirect), pi × radiance: what each surfel sends, to another surface times Links::passed.
+// passed: empty: 1, as into the air. indirect: empty: none. Seven parameters: of what, how much, and of which light.
+void radiosity(const Surfels& surfels, std::span<const float> passed, float share, std::span<const glm::vec4> direct,
                std::span<const glm::vec4> indirect, std::vector<glm::vec4>& out, Pool& pool);
 
 struct BounceSettings {
@@ -30,8 +30,8 @@ struct BounceSettings {
                                          // links while light moves
 };
 
-// E -> S + T(rho E) of one light. S is the first bounce of its direct light, and what haze scatters; T is the mean over
-// the `near` links of each surfel.
+// E -> S + T(rho E) of one light; in air that absorbs rho is times Links::passed. S is the first bounce of its direct
+// light, and what haze scatters; T is the mean over the `near` links of each surfel.
 class Bounces {
 public:
     // direct: E0. exact: the first bounce of narrow light as other means found it; empty: links find it. haze: added to

@@ -110,6 +110,26 @@ void each_link(const Links& links, const Surfels& surfels, const Take& take) {  
 
 }  // namespace
 
+std::vector<float> passed_along_links(const Links& links, const Surfels& surfels, const Haze& absorption, Pool& pool) {
+    constexpr unsigned kLinks = 32;  // of each surfel
+    std::vector<float> passed(surfels.count, 1.0f);
+    if (links.sets.empty()) return passed;
+    const LinkSet& set = *links.sets.front();
+    pool.run_chunks(surfels.count, kSurfelsAJob, [&](std::size_t first, std::size_t size) {
+        for (std::size_t i = first; i < first + size; ++i) {
+            double sum = 0.0, met = 0.0;
+            for (unsigned k = 0; k < std::min(kLinks, set.count); ++k) {
+                const std::size_t j = set.ids[i * set.count + k];
+                if (j == surfels.count) continue;
+                sum += transmittance(absorption, glm::dvec3(surfels.position(i)), glm::dvec3(surfels.position(j)));
+                met += 1.0;
+            }
+            if (met > 0.0) passed[i] = static_cast<float>(sum / met);
+        }
+    });
+    return passed;
+}
+
 std::vector<float> met_areas_m2(const Links& links, const Surfels& surfels) {
     if (links.sets.empty()) return surfels.area_m2;
     std::vector<float> own(surfels.count, 0.0f);  // links that meet a surfel

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "server/scene/haze.h"
 #include "server/transport/cell_map.h"
 
 namespace gonio::transport {
@@ -79,8 +80,14 @@ struct Links {
     std::vector<std::shared_ptr<const LinkSet>> sets;
     std::vector<std::shared_ptr<const ReverseLinks>> reversed;  // those after the sets
     std::shared_ptr<const CrowdedLinks> crowded;                // of the sets; null: none
+    std::vector<float> passed;  // by surfel: passed_along_links(), of air that absorbs; empty: air absorbs nothing
     unsigned per_surfel() const { return sets.empty() ? 0 : sets.back()->first + sets.back()->count; }
 };
+
+// Result: by surfel, the share of what it sends that arrives where its links lead, through air that absorbs. It is the
+// mean over the first links of each surfel; those that meet nothing do not count. By reciprocity all surfels together
+// send as much less as they receive less. absorption: local coordinates (server/scene/haze.h).
+std::vector<float> passed_along_links(const Links& links, const Surfels& surfels, const Haze& absorption, Pool& pool);
 
 // Result: by surfel, the area on which links meet it, m². A flux that lands on a surfel is divided by it, so that links
 // carry all of the flux on. Surfels::area_m2 comes from a few points of each surfel and is off by a quarter. By

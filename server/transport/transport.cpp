@@ -94,6 +94,28 @@ std::size_t Transport::bytes() const {
     return sum + met_m2.size() * sizeof(float) + 3 * emitted.direct.size() * sizeof(glm::vec4);
 }
 
+namespace {
+
+void solve_to_the_end(const Surfels& surfels, const Links& links, Irradiance& light, Pool& pool,
+                      const std::function<bool()>& stopped) {
+    do {
+        solve(surfels, links, {}, {}, kAtRest, light, pool);
+    } while (light.resumes && !stopped());
+    light.narrow = 0.0f;  // nothing is drawn from where it shines
+}
+
+}  // namespace
+
+Transport in_air(const Transport& transport, const Haze& absorption, Pool& pool) {
+    Transport result = transport;
+    const Surfels& surfels = result.surface->surfels;
+    result.links.passed = passed_along_links(result.links, surfels, absorption, pool);
+    if (result.emitted.direct.empty()) return result;
+    for (std::size_t i = 0; i < surfels.count; ++i) result.emitted.direct[i] *= result.links.passed[i];
+    solve_to_the_end(surfels, result.links, result.emitted, pool, [] { return false; });
+    return result;
+}
+
 Builder::Builder(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
                  const SurfelSettings& settings, unsigned links, bool beside, bool cells)
     : wanted_(published_links(links)),
@@ -178,12 +200,7 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
                 links.crowded = std::make_shared<const CrowdedLinks>(crowded_links(links, surfels, met_m2));
             }
             const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
-            if (!emitted.direct.empty()) {
-                do {
-                    solve(surfels, links, {}, {}, kAtRest, emitted, *pool);
-                } while (emitted.resumes && !stopped());
-            }
-            emitted.narrow = 0.0f;  // nothing is drawn from where it shines
+            if (!emitted.direct.empty()) solve_to_the_end(surfels, links, emitted, *pool, ends);
             std::shared_ptr<const CellMap::Table> table;
             if (cells) table = std::make_shared<const CellMap::Table>(surface->cells->table(*pool));
             newest_.store(

@@ -30,6 +30,10 @@ struct Transport {
     std::size_t bytes() const;
 };
 
+// Result: the same in air that absorbs: less arrives along links. Of what emissive surfaces send straight to a surfel,
+// as much is lost as along its own links. absorption: local coordinates.
+Transport in_air(const Transport& transport, const Haze& absorption, Pool& pool);
+
 // Makes the generations of a scene's transport one after the other, on threads of its own. Made, asked and destroyed on
 // the render thread.
 class Builder {

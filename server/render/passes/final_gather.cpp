@@ -68,7 +68,8 @@ lighting::GatherSource source_of(const PassContext& context, const Receiver& fro
     const float share = 1.0f - irradiance.narrow;
     std::vector<glm::vec4> sent;
     const std::span<const glm::vec4> none, indirect = context.bounces == 1 ? none : irradiance.indirect;
-    transport::radiosity(surfels, share, irradiance.direct, indirect, sent, context.pool);
+    transport::radiosity(surfels, context.transport->links.passed, share, irradiance.direct, indirect, sent,
+                         context.pool);
     transport::make_table(sent, source.sent, context.pool);
     // Of what the air scatters, the part that `besides` has not.
     const auto add_haze = [&](float part) {

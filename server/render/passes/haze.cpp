@@ -136,7 +136,8 @@ PassRun run_glow(const PassContext& context, const lighting::Probes& probes, con
     out.clear();
     if (!context.has_surfels() || light.direct.empty() || context.bounces == 0) return {};
     static thread_local std::vector<glm::vec4> sent;  // this thread's, in jobs too
-    transport::radiosity(context.transport->surface->surfels, 1.0f, light.direct, light.indirect, sent, context.pool);
+    transport::radiosity(context.transport->surface->surfels, {}, 1.0f, light.direct, light.indirect, sent,
+                         context.pool);
     lighting::glow_of(probes, sent, emission, context.traced.local(context.eye.position),
                       static_cast<float>(context.haze.g), out, context.pool);
     return {};

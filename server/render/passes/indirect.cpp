@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "server/lighting/screen.h"
@@ -10,7 +11,7 @@
 #include "server/lighting/vpl_rays.h"
 #include "server/render/passes/passes.h"
 #include "server/scene/scene.h"
-#include "server/trace/path.h"
+#include "server/trace/haze_path.h"
 
 namespace gonio {
 namespace {
@@ -142,7 +143,7 @@ std::vector<glm::vec4> at_bodies(const PassContext& context, std::span<const glm
                                  const transport::Irradiance& light, bool bounced) {
     std::vector<glm::vec4> sent;
     if (!light.direct.empty())
-        transport::radiosity(context.transport->surface->surfels, 1.0f, light.direct,
+        transport::radiosity(context.transport->surface->surfels, context.transport->links.passed, 1.0f, light.direct,
                              bounced ? std::span<const glm::vec4>(light.indirect) : std::span<const glm::vec4>(), sent,
                              context.pool);
     return context.bodies->sides().with_sides(surfels, sent);
@@ -196,7 +197,7 @@ bool continue_first_bounce(const PassContext& context, const Light& light, Light
     const transport::Links& links = context.transport->links;
     const auto sends = [&](std::size_t j, std::size_t i) {
         const float length_m = glm::distance(surfels.position(i), surfels.position(j));
-        return surfels.albedo[j] *
+        return (links.passed.empty() ? 1.0f : links.passed[j]) * surfels.albedo[j] *
                (gpu.irradiance.direct[j].g * (1.0f - lighting::vpl_share(length_m, surfels.radius_m)));
     };
     if (gpu.exact.next == 0 && links.crowded) {
@@ -219,13 +220,15 @@ bool continue_first_bounce(const PassContext& context, const Light& light, Light
         return sum / static_cast<float>(std::max(links.per_surfel(), 1u));
     };
     const float unit_m2 = context.geometry.layer_unit_m2();
+    const Haze absorption = absorption_of(context.haze);
     while (gpu.exact.next < surfels.count) {
         if (interrupted()) return false;
         const std::size_t begin = gpu.exact.next, end = std::min(begin + kPart, surfels.count);
         context.pool.run_chunks(end - begin, kChunk, [&](std::size_t from, std::size_t count) {
             for (std::size_t i = begin + from; i < begin + from + count; ++i) {
-                const glm::vec3 far = lighting::from_vpls(context.traced, gpu.exact.vpls, surfels.position(i),
-                                                          surfels.normal(i), surfels.geometric[i], surfels.radius_m);
+                const glm::vec3 far =
+                    lighting::from_vpls(context.traced, absorption, gpu.exact.vpls, surfels.position(i),
+                                        surfels.normal(i), surfels.geometric[i], surfels.radius_m);
                 gpu.exact.by_vpls[i] = glm::vec4(far * unit_m2, 0.0f);
                 gpu.exact.first[i] += gpu.exact.by_vpls[i] + glm::vec4(nearby(i), 0.0f);
             }
@@ -324,15 +327,25 @@ Stand stand_of(const PassContext& context) {
     return {context.traced, context.traced.local(eye + forward), -forward};
 }
 
-// Result: the surfels that a meter's links lead to, the same for all light, and the ends of those nearby.
+// Result: the surfels that a meter's links lead to, the same for all light, and the ends of those nearby. Air that
+// absorbs takes from each link what its own length costs.
 MeterLight& links_of(const Stand& point, const PassContext& context, MeterLight& links) {
     if (!links.ids.empty()) return links;
     const Transport::Surface& surface = *context.transport->surface;
     const transport::Surfels& surfels = surface.surfels;
+    const Haze absorption = absorption_of(context.haze);
+    const auto passes = [&](const glm::vec3& end) {
+        return absorption ? static_cast<float>(transmittance(absorption, glm::dvec3(point.start), glm::dvec3(end)))
+                          : 1.0f;
+    };
     links.ids.resize(kMeterLinks);
+    links.passed.assign(kMeterLinks, 1.0f);
     links.rays = transport::rays_to_crowded(*context.transport, context.traced, point);
     std::vector<bool> by_ray(surfels.count + 1, false);
-    for (const transport::ToCrowded& ray : links.rays) by_ray[ray.surfel] = true;
+    for (transport::ToCrowded& ray : links.rays) {
+        by_ray[ray.surfel] = true;
+        ray.form_factor *= passes(surfels.position(ray.surfel));
+    }
     trace::HitPacket hits;
     for (unsigned k = 0; k < kMeterLinks; k += trace::kPacket) {
         const transport::Fan fan = transport::make_fan(point.start, point.n, point.n, transport::fan_directions(1, k));
@@ -341,10 +354,12 @@ MeterLight& links_of(const Stand& point, const PassContext& context, MeterLight&
         for (int i = 0; i < trace::kPacket; ++i) {
             std::uint16_t& id = links.ids[k + static_cast<unsigned>(i)];
             if ((met >> i & 1u) == 0 || id == surfels.count) continue;
+            float& passed = links.passed[k + static_cast<unsigned>(i)];
+            passed = passes(fan.rays.at(i, hits.distance[i]));
             if (by_ray[id])
                 id = static_cast<std::uint16_t>(surfels.count);
             else if (hits.distance[i] < lighting::kVplsAloneRadii * surfels.radius_m)
-                links.ends.add(fan, hits, i, id, k / kLinksPerPart);
+                links.ends.add(fan, hits, i, id, passed, k / kLinksPerPart);
         }
     }
     return links;
@@ -368,7 +383,8 @@ PointLight bounced_at(const Stand& point, const PassContext& context, const tran
     };
     for (unsigned k = 0; k < kMeterLinks; ++k)
         if (ids[k] != surfels.count)
-            found.parts[k / kLinksPerPart] += sent(ids[k], share) / static_cast<double>(kLinksPerPart);
+            found.parts[k / kLinksPerPart] +=
+                sent(ids[k], share) * static_cast<double>(meter.passed[k] / kLinksPerPart);
     glm::dvec3 by_rays(0.0);
     for (const transport::ToCrowded& ray : meter.rays) {
         const float by_vpls = (1.0f - share) * lighting::vpl_share(ray.length_m, surfels.radius_m);
@@ -388,11 +404,18 @@ PassRun run_gather_emitted_point(const PassContext& context, MeterLight& meter) 
     const Transport& transport = *context.transport;
     const Stand point = stand_of(context);
     const trace::Receiver at{point.p, point.start, point.n, point.n};
+    std::optional<trace::World> in_air;  // that absorbs
+    if (const Haze absorption = absorption_of(context.haze)) {
+        in_air = transport.surface->emitters;
+        in_air->haze = absorption;
+    }
     context.pool.run(static_cast<int>(kMeterParts), [&](int part) {
         glm::dvec3& sum = found[0].parts[part];
         for (std::uint32_t k = 0; k < kSamplesPerPart; ++k) {
             trace::Sample sample(part, k);
-            sum += glm::dvec3(trace::trace_path(transport.surface->emitters, at, 0, sample).direct);
+            sum += glm::dvec3((in_air ? trace::trace_path_in_haze(*in_air, at, 0, sample)
+                                      : trace::trace_path(transport.surface->emitters, at, 0, sample))
+                                  .direct);
         }
         sum /= static_cast<double>(kSamplesPerPart);
     });
@@ -435,8 +458,9 @@ PassRun run_gather_point(const PassContext& context, const Light& light, LightGp
         const std::vector<lighting::Vpl> vpls = cast_vpls(context, light, gpu, kVpls);
         const std::size_t each = vpls.size() / kMeterParts;
         for (std::size_t i = 0; i < kMeterParts; ++i) {
-            found.parts[i] += glm::dvec3(lighting::from_vpls(context.traced, std::span(vpls).subspan(i * each, each),
-                                                             point.p, point.n, point.n, surfels.radius_m)) *
+            found.parts[i] += glm::dvec3(lighting::from_vpls(context.traced, absorption_of(context.haze),
+                                                             std::span(vpls).subspan(i * each, each), point.p, point.n,
+                                                             point.n, surfels.radius_m)) *
                               static_cast<double>(narrow * static_cast<float>(kMeterParts));
         }
     }

@@ -120,6 +120,7 @@ struct MeterLight {
     std::vector<PointLight> layers;             // after bounces, per candela of peak, by layer
     std::array<PointLight, 2> emitted, summed;  // lux
     std::vector<std::uint16_t> ids;             // of its links, the same for all light
+    std::vector<float> passed;                  // by link: what air that absorbs lets arrive
     lighting::LinkEnds ends;
     std::vector<transport::ToCrowded> rays;
 };
