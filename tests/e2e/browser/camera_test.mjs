@@ -266,7 +266,6 @@ async function follows(page) {
         await page.evaluate(() => { window.watching = false; });
         const rev = seen.at(-1).sceneRev, told = seen.find(({sceneRev}) => sceneRev === rev), shown = seen.find(({shownRev}) => shownRev >= rev);
         lag.push(Math.max(0, shown.framesDecoded - told.framesDecoded));
-        await settled(page);
     }
     // A busy machine may have more pictures on their way, once.
     const [, , middle, fourth] = [...lag].sort();

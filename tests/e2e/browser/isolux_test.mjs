@@ -21,7 +21,7 @@ const shown = (page) => until("figures", async () => {
 // the middle. Where light jumps, as at edges, a line runs between a lower and a higher value.
 async function off(page, found) {
     const ratios = [];
-    for (const {value, x, y} of found) {
+    for (const {value, x, y} of found.filter((_, i) => i % 2 === 0)) {
         const lux = [];
         for (const [u, v] of [[0, 0], [4, 0], [-4, 0], [0, 4], [0, -4], [4, 4], [-4, -4], [4, -4], [-4, 4]]) {
             const {pick} = await asked(page, {pick: {x: Math.min(1, Math.max(0, x + u / 800)), y: Math.min(1, Math.max(0, y + v / 800))}});
@@ -86,7 +86,7 @@ async function run(page, server) {
 }
 
 await inBrowser(async (browser, servers) => {
-    servers.push(await startServer("127.0.0.1:0", ["--size", "480x480", "--max-transport-mib", "64"]));
+    servers.push(await startServer("127.0.0.1:0", ["--size", "400x400", "--max-transport-mib", "64"]));
     const page = await browser.newPage({viewport: {width: 1440, height: 900}});
     listen(page);
     await run(page, servers[0]);
