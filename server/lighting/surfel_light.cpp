@@ -70,7 +70,7 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
         everywhere > 0.0f ? std::numeric_limits<float>::infinity() : (kNearRadii + 1.0f) * surfels.radius_m;
     struct End {
         std::uint16_t surfel;  // `count`: none
-        float passed = 1.0f;   // what haze lets pass to there
+        float passed = 1.0f;   // what haze lets pass to there, as its surfel's shading normal takes it
     };
     std::vector<End> ends(rays.rays.size());
     pool.run(static_cast<int>(ends.size() / trace::kPacket), [&](int packet) {
@@ -82,8 +82,12 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
         for (std::size_t i = 0; i < trace::kPacket; ++i) {
             End& end = ends[first + i];
             end.surfel = ids[i];
-            if (ids[i] != surfels.count && luminaire.air)
-                end.passed = transmittance(luminaire.air, light, fan.rays.at(static_cast<int>(i), hits.distance[i]));
+            if (ids[i] == surfels.count) continue;
+            const int ray = static_cast<int>(i);
+            const glm::vec3 along = fan.rays.along(ray), plane = glm::normalize(hits.normal(ray));
+            end.passed =
+                shading_ratio(along, surfels.detailed_normal(ids[i]), glm::dot(along, plane) < 0.0f ? plane : -plane);
+            if (luminaire.air) end.passed *= transmittance(luminaire.air, light, fan.rays.at(ray, hits.distance[i]));
         }
     });
     // In all the luminaire's flux, though few rays may meet the beam.
@@ -122,9 +126,8 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
         pool.reduce_chunks(surfels.count, transport::kSurfelsAJob, Near(), take, [](Near a, const Near& b) {
             return Near{a.rays_lm + b.rays_lm, a.shown_lm + b.shown_lm, a.landed + b.landed};
         });
-    // Few rays meet each surfel near the luminaire, but all of them together tell the flux there. It says nothing where
-    // normal maps turn surfels: their light is then less than the flux on them.
-    if (!(all_near.shown_lm > 0.0) || surfels.detailed) return;
+    // Few rays meet each surfel near the luminaire, but all of them together tell the flux there.
+    if (!(all_near.shown_lm > 0.0)) return;
     const float right_near =
         glm::mix(1.0f, glm::clamp(static_cast<float>(all_near.rays_lm / all_near.shown_lm), 0.5f, 2.0f),
                  glm::smoothstep(16.0f, 64.0f, static_cast<float>(all_near.landed)));

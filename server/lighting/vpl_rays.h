@@ -37,6 +37,13 @@ struct VplRays {
 transport::Fan fan_of(const VplRays& rays, int packet, const trace::Geometry& geometry, const DirectLight& light,
                       float reach_m = std::numeric_limits<float>::infinity());
 
+// A surface is as bright as the light on its shading normal says, which normal maps and smooth shading turn away from
+// the surface that takes the flux. Result: the first over the second, 0 to 4: less at grazing rays, which bring little.
+// along: the ray's, unit. geometric: towards its start.
+inline float shading_ratio(const glm::vec3& along, const glm::vec3& shading, const glm::vec3& geometric) {
+    return glm::clamp(-glm::dot(along, shading) / glm::max(-glm::dot(along, geometric), 1e-3f), 0.0f, 4.0f);
+}
+
 // One virtual point light: where a ray of a luminaire ends; dark if it leaves the scene. World axes.
 struct Vpl {
     glm::vec3 position{0.0f};   // local, m

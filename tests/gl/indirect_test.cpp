@@ -178,6 +178,54 @@ TEST(Indirect, ABulbNextToAPane) {
     }
 }
 
+// A surface shows the light on its shading normal, not the flux that it takes. Those of a floor lean by 40°: a
+// luminaire close above it, or a narrow beam, lights what is around by
+//   ∫ rho / pi · I cos(shading normal, light) / r² · cos cos / d² dA.
+TEST(Indirect, ShadingNormalsSayHowMuchANearLuminaireLights) {
+    constexpr double kRho = 0.8, kPi = std::numbers::pi, kHalf_m = 2.0;
+    const glm::dvec3 leans(std::sin(40.0 * kPi / 180.0), std::cos(40.0 * kPi / 180.0), 0.0), point(0.3, 1.0, 0.4);
+    struct Case {
+        double candela, power, height_m;  // I = candela × cos^power
+    };
+    for (const Case& c : {Case{500.0, 0.0, 0.07}, Case{1000.0, 500.0, 2.0}}) {
+        Scene scene =
+            floor_scene(2.0 * kHalf_m, static_cast<float>(kRho), cosine_power(c.candela, c.power), {0, c.height_m, 0});
+        auto asset = std::make_shared<SceneAsset>(*scene.asset);
+        for (Vertex& vertex : asset->meshes[0].vertices) vertex.normal = glm::vec3(leans);
+        scene.asset = asset;
+        renew(scene);
+        double expected = 0.0;
+        constexpr int kAngles = 1000, kTurns = 360;
+        const double widest = std::atan(kHalf_m * std::numbers::sqrt2 / c.height_m);
+        for (int i = 0; i < kAngles; ++i) {
+            const double angle = widest * (i + 0.5) / kAngles, radius = c.height_m * std::tan(angle);
+            for (int k = 0; k < kTurns; ++k) {
+                const double turn = 2.0 * kPi * (k + 0.5) / kTurns;
+                const glm::dvec3 at(radius * std::cos(turn), 0.0, radius * std::sin(turn)),
+                    to_light = glm::dvec3(0, c.height_m, 0) - at, to_point = point - at;
+                if (std::abs(at.x) > kHalf_m || std::abs(at.z) > kHalf_m) continue;
+                const double r = glm::length(to_light), d = glm::length(to_point),
+                             area_m2 = radius * c.height_m / std::pow(std::cos(angle), 2.0) * (widest / kAngles) *
+                                       (2.0 * kPi / kTurns),
+                             lux = c.candela * std::pow(std::cos(angle), c.power) *
+                                   std::max(0.0, glm::dot(leans, to_light) / r) / (r * r);
+                expected += kRho / kPi * lux * std::pow(to_point.y / d, 2.0) / (d * d) * area_m2;
+            }
+        }
+        Renderer renderer(context(), direct_light());
+        make_coarse(renderer);
+        EXPECT_NEAR(renderer.meter(scene, point, {0, -1, 0}, Quality::interactive, 1).indirect_lx() / expected, 1.0,
+                    0.04)
+            << c.height_m;
+        trace::Settings settings;
+        settings.noise = 0.005;
+        const trace::MeterPoint meter{point, {0, -1, 0}};
+        const double traced =
+            trace::luminance(trace::measure(*trace::make_world(scene), {&meter, 1}, settings).front().indirect_lx);
+        EXPECT_NEAR(traced / expected, 1.0, 0.02) << c.height_m;
+    }
+}
+
 TEST(Indirect, AFlatPlaneAloneLightsNothing) {
     Renderer renderer(context(), direct_light());
     make_coarse(renderer);
