@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
 #include <cstdint>
 #include <string>
 
+#include "ies/core/srgb.h"
 #include "protocol/text/text_bytes.h"
 
 namespace gonio {
@@ -168,10 +168,7 @@ constexpr NamedColor kNames[] = {
 static_assert(std::ranges::is_sorted(kNames, {}, &NamedColor::name));
 
 std::array<double, 3> linear_of(std::uint32_t srgb) {
-    const auto decoded = [&](unsigned shift) {
-        const double value = (srgb >> shift & 0xFFu) / 255.0;
-        return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
-    };
+    const auto decoded = [&](unsigned shift) { return linear_of_srgb((srgb >> shift & 0xFFu) / 255.0); };
     return {decoded(16), decoded(8), decoded(0)};
 }
 

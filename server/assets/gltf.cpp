@@ -7,13 +7,13 @@
 #include <new>
 #include <vector>
 
+#include "ies/core/srgb.h"
 #include "protocol/text/shortened_text.h"
 #include "server/assets/assets.h"
 #include "server/assets/far_place.h"
 #include "server/assets/gltf_document.h"
 #include "server/assets/gltf_import.h"
 #include "server/assets/scale.h"
-#include "server/assets/srgb.h"
 
 namespace gonio {
 
@@ -74,11 +74,10 @@ double rounded(double value) {
 
 void bound_albedo(GltfImport& import, double most) {
     const auto white = static_cast<float>(most);
-    // What a texel may have at most where its factor is this one. The sRGB curve of IEC 61966-2-1.
+    // What a texel may have at most where its factor is this one.
     const auto brightest = [most](double factor) {
         const double linear = std::min(1.0, most / std::max(factor, 1e-6));
-        const double encoded = linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
-        return static_cast<std::uint8_t>(255.0 * encoded + 1e-9);
+        return static_cast<std::uint8_t>(255.0 * srgb_of_linear(linear) + 1e-9);
     };
     const std::size_t count = import.scene.materials.size();
     std::vector<bool> used(count), uncolored(count), exceeding(count), seen(import.scene.images.size()),

@@ -3,17 +3,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "ies/core/srgb.h"
 #include "server/assets/mesh_builder.h"
 
 namespace gonio {
 namespace {
-
-// IEC 61966-2-1.
-std::uint8_t srgb_byte(double linear) {
-    const double x = std::clamp(linear, 0.0, 1.0);
-    const double encoded = x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1.0 / 2.4) - 0.055;
-    return static_cast<std::uint8_t>(std::lround(encoded * 255.0));
-}
 
 // A number in 0..1 for a lattice point (an integer hash by multiplication and shifts).
 double lattice(int x, int y, std::uint32_t seed) {

@@ -1,10 +1,10 @@
 #include "server/bake/glb.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <numbers>
 
+#include "ies/core/srgb.h"
 #include "server/assets/assets.h"
 #include "server/assets/glb_writer.h"
 
@@ -14,12 +14,6 @@ namespace {
 using Json = GlbWriter::Json;
 
 constexpr double kBrighter = 0.001;  // share of texels that may be brighter than the texture shows
-
-std::uint8_t srgb_encode(float linear) {
-    const float c = std::clamp(linear, 0.0f, 1.0f);
-    return static_cast<std::uint8_t>(
-        std::lround(255.0f * (c <= 0.0031308f ? 12.92f * c : 1.055f * std::pow(c, 1.0f / 2.4f) - 0.055f)));
-}
 
 // One primitive's vertices.
 struct Corners {
@@ -81,7 +75,7 @@ private:
         }
         BytePicture picture{layout_.atlas.width, layout_.atlas.height, {}};
         picture.rgb.reserve(luminance.size());
-        for (const float nit : luminance) picture.rgb.push_back(srgb_encode(nit / strength_));
+        for (const float nit : luminance) picture.rgb.push_back(srgb_byte(static_cast<double>(nit / strength_)));
         const auto png = encode_png(picture);
         if (!png) return png.error();
         glb_.add_image(*png);

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <span>
 
+#include "ies/core/srgb.h"
 #include "server/assets/gltf_import.h"
-#include "server/assets/srgb.h"
 #include "server/scene/packed_gobo.h"
 
 namespace gonio::exchange {

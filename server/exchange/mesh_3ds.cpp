@@ -6,7 +6,7 @@
 #include <map>
 #include <optional>
 
-#include "server/assets/srgb.h"
+#include "ies/core/srgb.h"
 
 namespace gonio::exchange {
 namespace {

@@ -6,19 +6,17 @@
 #include <cmath>
 #include <glm/glm.hpp>
 
+#include "ies/core/srgb.h"
 #include "server/scene/asset.h"
 
 namespace gonio::trace {
 
-// Result: linear value of an sRGB-encoded byte (IEC 61966-2-1).
+// Result: linear value of an sRGB-encoded byte.
 inline float srgb_decode(std::uint8_t byte) {
     static const std::array<float, 256> table = [] {
         std::array<float, 256> values{};
-        for (int i = 0; i < 256; ++i) {
-            const double c = i / 255.0;
-            values[static_cast<std::size_t>(i)] =
-                static_cast<float>(c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4));
-        }
+        for (std::size_t i = 0; i < values.size(); ++i)
+            values[i] = static_cast<float>(linear_of_srgb(static_cast<double>(i) / 255.0));
         return values;
     }();
     return table[byte];
