@@ -11,8 +11,7 @@ import {asked, check, difference, end, inBrowser, kTimeoutMs, listen as listenTo
     startServer as startBare, state, until} from "./harness.mjs";
 
 const kMalformed = "IESNA:LM-63-2002\n[TEST] none\n[MANUFAC] nobody\nthis is no TILT line\n1 2 3\n";
-// One of those that the page offers.
-const kSize = ["--size", "480x480"];
+const kSize = ["--size", "360x360"];
 // Absolute photometry, rotationally symmetric, 5000 cd down to nothing at 40°.
 const kNarrow = ["IESNA:LM-63-2002", "[TEST] none", "[MANUFAC] Gonio tests", "[LUMCAT] NARROW", "[LUMINAIRE] narrow beam",
     "TILT=NONE", "1 -1 1 7 1 1 2 0 0 0", "1 1 50", "0 10 20 30 40 60 90", "0", "5000 4000 1500 300 0 0 0", ""].join("\n");
@@ -144,14 +143,14 @@ async function run(page, server) {
     check(difference(straight, turned) > 1, "dragging in the picture orbits the camera", `difference ${difference(straight, turned).toFixed(1)}`);
 
     // Size: a new decoder for a new stream.
-    for (const size of ["800x800", start.size_px.join("x")]) {
-        await page.locator("select[aria-label='Picture size']").selectOption(size);
-        await until(`a picture of ${size}`, () => page.evaluate((wanted) => {
-            const canvas = document.getElementById("canvas");
-            return `${canvas.width}x${canvas.height}` === wanted;
-        }, size));
-    }
-    await settled(page);
+    const shown = (size) => until(`a picture of ${size}`, () => page.evaluate((wanted) => {
+        const canvas = document.getElementById("canvas");
+        return `${canvas.width}x${canvas.height}` === wanted;
+    }, size));
+    await page.locator("select[aria-label='Picture size']").selectOption("800x800");
+    await shown("800x800");
+    await asked(page, {command: {set_size: {width_px: start.size_px[0], height_px: start.size_px[1]}}});
+    await shown(start.size_px.join("x"));
     check(true, "another size of the picture arrives, and the first one again", start.size_px.join("x"));
 
     // The frame report, and the still.

@@ -29,7 +29,7 @@ process.on("exit", () => { for (const child of children) child.kill("SIGKILL"); 
 
 // Unless `more` says otherwise the picture is small and its later bounces are coarse, which saves seconds of a core at each
 // start. Tests that look at no pixel of it give `--renderer null`.
-const kCheap = {"--scene": "cornell", "--size": "400x400", "--max-transport-mib": "16"};
+const kCheap = {"--scene": "cornell", "--size": "320x320", "--max-transport-mib": "16"};
 export function startServer(listen, more = [], {sized = !more.includes("--state")} = {}) {    // a saved show has a size
     const kept = sized ? [] : ["--size"];
     const cheap = Object.entries(kCheap).filter(([option]) => !more.includes(option) && !kept.includes(option)).flat();
