@@ -70,7 +70,7 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
         everywhere > 0.0f ? std::numeric_limits<float>::infinity() : (kNearRadii + 1.0f) * surfels.radius_m;
     struct End {
         std::uint16_t surfel;  // `count`: none
-        float passed = 1.0f;   // what haze lets pass to there, as its surfel's shading normal takes it
+        float taken = 1.0f;    // of its flux: what haze lets pass to there, as the surfel's shading normal takes it
     };
     std::vector<End> ends(rays.rays.size());
     pool.run(static_cast<int>(ends.size() / trace::kPacket), [&](int packet) {
@@ -85,9 +85,9 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
             if (ids[i] == surfels.count) continue;
             const int ray = static_cast<int>(i);
             const glm::vec3 along = fan.rays.along(ray), plane = glm::normalize(hits.normal(ray));
-            end.passed =
+            end.taken =
                 shading_ratio(along, surfels.detailed_normal(ids[i]), glm::dot(along, plane) < 0.0f ? plane : -plane);
-            if (luminaire.air) end.passed *= transmittance(luminaire.air, light, fan.rays.at(ray, hits.distance[i]));
+            if (luminaire.air) end.taken *= transmittance(luminaire.air, light, fan.rays.at(ray, hits.distance[i]));
         }
     });
     // In all the luminaire's flux, though few rays may meet the beam.
@@ -98,7 +98,7 @@ void take_flux(const VplRays& rays, const transport::Transport& transport, const
     for (std::size_t i = 0; i < ends.size(); ++i) {
         const std::size_t id = ends[i].surfel;
         if (id == surfels.count || !(transport.met_m2[id] > 0.0f)) continue;
-        flux[id] += rays.rays[i].flux_lm_per_cd * right * luminaire.unit_m2 * ends[i].passed;
+        flux[id] += rays.rays[i].flux_lm_per_cd * right * luminaire.unit_m2 * ends[i].taken;
         landed[id] += 1.0f;
     }
     struct Near {

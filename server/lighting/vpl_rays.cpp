@@ -54,11 +54,11 @@ std::vector<Vpl> cast(const VplRays& rays, const trace::Geometry& geometry, cons
         for (int i = 0; i < trace::kPacket; ++i) {
             if ((met >> i & 1u) == 0) continue;
             const trace::SurfaceHit& hit = hits[i];
-            const float passed = (light.air ? transmittance(light.air, light.position, hit.position) : 1.0f) *
-                                 shading_ratio(fan.rays.along(i), hit.normal, hit.geometric);
+            const float taken = (light.air ? transmittance(light.air, light.position, hit.position) : 1.0f) *
+                                shading_ratio(fan.rays.along(i), hit.normal, hit.geometric);
             vpls[static_cast<std::size_t>(packet * trace::kPacket + i)] = {
                 hit.position, hit.normal,
-                hit.tint * hit.albedo * (passed * ray[i].flux_lm_per_cd / std::numbers::pi_v<float>)};
+                hit.tint * hit.albedo * (taken * ray[i].flux_lm_per_cd / std::numbers::pi_v<float>)};
         }
     });
     return vpls;
