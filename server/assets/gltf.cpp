@@ -74,7 +74,7 @@ double rounded(double value) {
 
 void bound_albedo(GltfImport& import, double most) {
     const auto white = static_cast<float>(most);
-    // What a texel may have at most where its factor is this one.
+    // The greatest byte of a texel whose colour, times this factor, reflects no more than `most`.
     const auto brightest = [most](double factor) {
         const double linear = std::min(1.0, most / std::max(factor, 1e-6));
         return static_cast<std::uint8_t>(255.0 * srgb_of_linear(linear) + 1e-9);

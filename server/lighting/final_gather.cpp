@@ -25,7 +25,7 @@ unsigned part_of(int x, int y, int tile) {
 struct Tracer {
     const GBuffer& gbuffer;
     const transport::Transport::Surface& surface;
-    const std::span<const float> passed;  // transport::Links::passed
+    const transport::Links& scene_links;
     const FinalGather& gather;
     const float nearby_m;  // links up to here take direct light where they end
     const int y;
@@ -47,7 +47,7 @@ struct Tracer {
             if ((met >> i & 1u) == 0) continue;
             near += std::min(1.0f, pixel_m / std::max(hits.distance[i], 1e-30f));
             if (ids[i] == surface.surfels.count || !(hits.distance[i] < nearby_m)) continue;
-            ends.add(fan, hits, i, ids[i], passed.empty() ? 1.0f : passed[ids[i]], static_cast<std::uint32_t>(x));
+            ends.add(fan, hits, i, ids[i], scene_links.passes(ids[i]), static_cast<std::uint32_t>(x));
         }
         return near;
     }
@@ -165,7 +165,7 @@ bool continue_gather(const GBuffer& gbuffer, const ScreenGrid& screen, const tra
         }
         const Tracer tracer{gbuffer,
                             *transport.surface,
-                            transport.links.passed,
+                            transport.links,
                             gather,
                             radii * transport.surface->surfels.radius_m,
                             gather.next,

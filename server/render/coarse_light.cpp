@@ -58,9 +58,7 @@ void light_up(const FrameInputs& inputs, std::span<const glm::vec3> per_unit,
     const transport::Irradiance& emitted = plain.transport->emitted;
     for (std::size_t k = 0; k < emitted.direct.size() && !inputs.scene.emission_hidden; ++k)
         plain.light.direct[k] += emitted.direct[k];
-    do {
-        transport::solve(surfels, plain.transport->links, {}, {}, transport::kAtRest, plain.light, context.pool);
-    } while (plain.light.resumes);
+    transport::solve_to_the_end(surfels, plain.transport->links, plain.light, context.pool);
     const std::span<const float> passed = plain.transport->links.passed;
     transport::radiosity(surfels, passed, 1.0f - plain.light.narrow, plain.light.direct, plain.light.indirect,
                          plain.sent, context.pool);

@@ -81,6 +81,7 @@ struct Links {
     std::vector<std::shared_ptr<const ReverseLinks>> reversed;  // those after the sets
     std::shared_ptr<const CrowdedLinks> crowded;                // of the sets; null: none
     std::vector<float> passed;  // by surfel: passed_along_links(), of air that absorbs; empty: air absorbs nothing
+    float passes(std::size_t surfel) const { return passed.empty() ? 1.0f : passed[surfel]; }
     unsigned per_surfel() const { return sets.empty() ? 0 : sets.back()->first + sets.back()->count; }
 };
 

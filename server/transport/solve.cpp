@@ -141,4 +141,11 @@ void solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4
     light.converged = parts[0].converged && parts[1].converged, light.resumes = parts[0].resumes || parts[1].resumes;
 }
 
+void solve_to_the_end(const Surfels& surfels, const Links& links, Irradiance& light, Pool& pool,
+                      const std::function<bool()>& stopped) {
+    do {
+        solve(surfels, links, {}, {}, kAtRest, light, pool);
+    } while (light.resumes && !stopped());
+}
+
 }  // namespace gonio::transport

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <glm/glm.hpp>
 #include <span>
 #include <vector>
@@ -59,5 +60,10 @@ inline constexpr unsigned kMostBounces = 1024;
 // Seven parameters: the two tables of the scene, two of the light, how far, and what it becomes.
 void solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> exact,
            std::span<const std::uint8_t> seen, const Accuracy& accuracy, Irradiance& light, Pool& pool);
+
+// Likewise at rest by links alone, in as many calls as it takes. stopped: asked after each.
+void solve_to_the_end(
+    const Surfels& surfels, const Links& links, Irradiance& light, Pool& pool,
+    const std::function<bool()>& stopped = [] { return false; });
 
 }  // namespace gonio::transport

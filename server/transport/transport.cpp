@@ -94,25 +94,14 @@ std::size_t Transport::bytes() const {
     return sum + met_m2.size() * sizeof(float) + 3 * emitted.direct.size() * sizeof(glm::vec4);
 }
 
-namespace {
-
-void solve_to_the_end(const Surfels& surfels, const Links& links, Irradiance& light, Pool& pool,
-                      const std::function<bool()>& stopped) {
-    do {
-        solve(surfels, links, {}, {}, kAtRest, light, pool);
-    } while (light.resumes && !stopped());
-    light.narrow = 0.0f;  // nothing is drawn from where it shines
-}
-
-}  // namespace
-
 Transport in_air(const Transport& transport, const Haze& absorption, Pool& pool) {
     Transport result = transport;
     const Surfels& surfels = result.surface->surfels;
     result.links.passed = passed_along_links(result.links, surfels, absorption, pool);
     if (result.emitted.direct.empty()) return result;
     for (std::size_t i = 0; i < surfels.count; ++i) result.emitted.direct[i] *= result.links.passed[i];
-    solve_to_the_end(surfels, result.links, result.emitted, pool, [] { return false; });
+    solve_to_the_end(surfels, result.links, result.emitted, pool);
+    result.emitted.narrow = 0.0f;  // nothing is drawn from where it shines
     return result;
 }
 
@@ -201,6 +190,7 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
             }
             const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
             if (!emitted.direct.empty()) solve_to_the_end(surfels, links, emitted, *pool, ends);
+            emitted.narrow = 0.0f;  // nothing is drawn from where it shines
             std::shared_ptr<const CellMap::Table> table;
             if (cells) table = std::make_shared<const CellMap::Table>(surface->cells->table(*pool));
             newest_.store(

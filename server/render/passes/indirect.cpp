@@ -197,7 +197,7 @@ bool continue_first_bounce(const PassContext& context, const Light& light, Light
     const transport::Links& links = context.transport->links;
     const auto sends = [&](std::size_t j, std::size_t i) {
         const float length_m = glm::distance(surfels.position(i), surfels.position(j));
-        return (links.passed.empty() ? 1.0f : links.passed[j]) * surfels.albedo[j] *
+        return links.passes(j) * surfels.albedo[j] *
                (gpu.irradiance.direct[j].g * (1.0f - lighting::vpl_share(length_m, surfels.radius_m)));
     };
     if (gpu.exact.next == 0 && links.crowded) {
