@@ -2,11 +2,13 @@
 
 #include <cmath>
 
+#include "server/assets/glb_chunks.h"
+
 namespace gonio {
 namespace {
 
-// glTF 2.0, 4.4: the chunks of a .glb.
-constexpr std::uint32_t kMagic = 0x46546C67, kVersion = 2, kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
+// glTF 2.0, 4.4.2: the header of a .glb.
+constexpr std::uint32_t kMagic = 0x46546C67, kVersion = 2;
 
 // 5.26: wrapping.
 int wrapping(Wrap wrap) {

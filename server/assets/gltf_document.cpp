@@ -14,6 +14,7 @@
 
 #include "protocol/text/shortened_text.h"
 #include "server/assets/assets.h"
+#include "server/assets/glb_chunks.h"
 #include "server/assets/gltf_check.h"
 #include "server/assets/gltf_expand.h"
 #include "server/assets/gltf_features.h"
@@ -46,8 +47,6 @@ std::uint32_t little_endian(ByteView bytes, std::size_t at) {
 std::string_view as_text(ByteView bytes) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
-
-constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 
 // Where the chunk after the one that ends here starts: there, or where a writer has padded without counting it.
 std::size_t next_chunk(ByteView file, std::size_t end, std::size_t length) {

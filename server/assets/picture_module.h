@@ -32,7 +32,8 @@ inline constexpr const char* kPictureModuleFile = "libgonio-pictures.so";
 inline constexpr const char* kPictureModuleSymbol = "gonio_picture_module";
 
 // Result: why an image of this size is refused, if it is.
-inline std::optional<Error> check_size(int width_px, int height_px, std::size_t max_pixels, const std::string& where) {
+inline std::optional<Error> check_pixels(int width_px, int height_px, std::size_t max_pixels,
+                                         const std::string& where) {
     const std::string size = std::to_string(width_px) + "x" + std::to_string(height_px);
     if (width_px <= 0 || height_px <= 0) return Error{"bad_image", where, size, "the image has no pixels"};
     if (width_px > kMaxImagePx || height_px > kMaxImagePx ||

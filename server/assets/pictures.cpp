@@ -94,7 +94,7 @@ Result<Image> decode_webp(std::span<const std::byte> bytes, const std::string& w
     WebPBitstreamFeatures features;
     if (WebPGetFeatures(from, bytes.size(), &features) != VP8_STATUS_OK || features.has_animation)
         return Error{"bad_image", where, "", "the image is not a still WebP picture"};
-    if (auto error = check_size(features.width, features.height, max_pixels, where)) return *error;
+    if (auto error = check_pixels(features.width, features.height, max_pixels, where)) return *error;
     Image image;
     image.width_px = features.width;
     image.height_px = features.height;
@@ -160,7 +160,7 @@ Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& 
     if (format == PictureFormat::other) return unknown_format(where);  // no other reader ever sees these bytes
     const bool png = format == PictureFormat::png, jpeg = !png;
     if (const auto said = jpeg ? jpeg_size(bytes) : std::nullopt) {
-        if (auto error = check_size(said->width_px, said->height_px, max_pixels, where)) return *error;
+        if (auto error = check_pixels(said->width_px, said->height_px, max_pixels, where)) return *error;
     }
     return by_module(&PictureModule::decode, bytes, png, where, max_pixels);
 }
@@ -173,7 +173,7 @@ Result<ImageSize> image_size(std::span<const std::byte> bytes, const std::string
                                                       : webp_size(bytes);
     if (!size || size->width_px < 1 || size->height_px < 1)
         return Error{"bad_image", where, "", "the image's header is damaged"};
-    if (auto error = check_size(size->width_px, size->height_px, max_pixels, where)) return *error;
+    if (auto error = check_pixels(size->width_px, size->height_px, max_pixels, where)) return *error;
     return *size;
 }
 

@@ -140,7 +140,7 @@ Result<Image> decode(std::span<const std::byte> bytes, bool png, const std::stri
     const std::string size = std::to_string(spec.width) + "x" + std::to_string(spec.height);
     if (spec.nchannels < 1 || spec.nchannels > 4)
         return Error{"bad_image", where, size, "the image has an odd number of channels"};
-    if (auto error = check_size(spec.width, spec.height, max_pixels, where)) return *error;
+    if (auto error = check_pixels(spec.width, spec.height, max_pixels, where)) return *error;
     const std::size_t pixels = spec.image_pixels();
     const auto channels = static_cast<std::size_t>(spec.nchannels);
     std::vector<std::uint8_t> read(pixels * channels);

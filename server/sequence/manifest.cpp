@@ -21,7 +21,7 @@ namespace gonio::sequence {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 std::string host_name() {
     char name[256] = {};
@@ -35,12 +35,12 @@ std::string entry_path(const std::string& folder, const std::string& name) {
     return (fs::path(folder) / kManifestFolder / (name + ".json")).string();
 }
 
-std::string text_of(const Json& json) {
-    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+std::string text_of(const OrderedJson& json) {
+    return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
 }
 
-Json json_of(const Entry& entry) {
-    Json json = {{"name", entry.name}, {"sha256", entry.sha256}, {"bytes", entry.bytes}};
+OrderedJson json_of(const Entry& entry) {
+    OrderedJson json = {{"name", entry.name}, {"sha256", entry.sha256}, {"bytes", entry.bytes}};
     if (entry.frame >= 0) {
         json["frame"] = entry.frame;
         json["t_s"] = entry.t_s;
@@ -58,7 +58,7 @@ Json json_of(const Entry& entry) {
 
 // Result: nothing where it is no entry.
 std::optional<Entry> entry_of(const std::string& text) {
-    const Json json = Json::parse(text, nullptr, false);
+    const OrderedJson json = OrderedJson::parse(text, nullptr, false);
     if (!json.is_object()) return std::nullopt;
     try {
         Entry entry;
@@ -71,7 +71,7 @@ std::optional<Entry> entry_of(const std::string& text) {
         entry.from = json.value("from", "");
         entry.maker = {json.at("job"), json.at("version"), json.at("isa"), json.at("gl"), json.at("cpu")};
         return entry;
-    } catch (const Json::exception&) {
+    } catch (const OrderedJson::exception&) {
         return std::nullopt;
     }
 }

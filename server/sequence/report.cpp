@@ -12,12 +12,12 @@
 namespace gonio::sequence {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 constexpr int kBarCharacters = 30;
 
-void print_line(const Json& json) {
-    std::printf("%s\n", json.dump(-1, ' ', false, Json::error_handler_t::replace).c_str());
+void print_line(const OrderedJson& json) {
+    std::printf("%s\n", json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace).c_str());
     std::fflush(stdout);
 }
 
@@ -36,7 +36,7 @@ std::string print_duration(double seconds) {
     return text;
 }
 
-Json frame_line(const char* state, const Entry& entry) {
+OrderedJson frame_line(const char* state, const Entry& entry) {
     return {{"event", "frame"},   {"state", state},         {"frame", entry.frame},
             {"name", entry.name}, {"sha256", entry.sha256}, {"bytes", entry.bytes}};
 }
@@ -61,7 +61,7 @@ void Report::begin(const Maker& maker, int frames) const {
 void Report::kept(const Entry& entry) {
     ++done_;
     if (bar_) return;
-    Json line = frame_line("kept", entry);
+    OrderedJson line = frame_line("kept", entry);
     line["done"] = done_;
     line["of"] = of_;
     print_line(line);
@@ -71,7 +71,7 @@ void Report::written(const Entry& entry, double seconds) {
     ++done_;
     ++written_;
     if (bar_) return show_bar(done_);
-    Json line = frame_line("written", entry);
+    OrderedJson line = frame_line("written", entry);
     line["seconds"] = rounded(seconds);
     line["done"] = done_;
     line["of"] = of_;
