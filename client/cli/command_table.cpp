@@ -180,7 +180,7 @@ constexpr WordCommand kCommands[] = {
     {"gels", "gels", "lists the gels that set light --gel takes", {}, {}},
     {"library", "library", "lists the profiles that lights can have by name", kSearch, kLibraryOptions},
     {"pick", "pick", "tells what the picture shows at a place, and its lux and cd/m²", kPlace, {}},
-    {"preset list", "get_state", "prints a line for each preset, * for the one recalled last", {}, {}},
+    {"preset list", "get_state", "prints a line for each preset, and which one was recalled last", {}, {}},
     {"cue list", "get_state", "prints a line for each cue: > is the next one, * the active one", {}, {}},
     {"view list", "get_state", "prints a line for each saved view of the camera", {}, {}},
     {"undo", "command.undo", "sets back what the last command changed, of this user on this machine", {}, {}},

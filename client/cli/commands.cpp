@@ -100,17 +100,15 @@ int get(const Session& session, const ReadWords& words) {
 
 int preset_list(const Session& session, const ReadWords& words) {
     return ask(session, words.message, {Answer::kState}, [&](const Answer& answer) {
-        const v1::Presets& presets = answer.state().presets();
-        if (session.json) return session.print(presets);
-        for (const std::string& name : presets.names())
-            session.out << name << (name == presets.recalled() ? " *" : "") << "\n";
+        if (session.json) return session.print(answer.state().presets());
+        session.out << presets_table(answer.state());
     });
 }
 
 int view_list(const Session& session, const ReadWords& words) {
     return ask(session, words.message, {Answer::kState}, [&](const Answer& answer) {
         if (session.json) return session.print(answer.state().saved_views());
-        for (const v1::SavedView& view : answer.state().saved_views().views()) session.out << view_line(view) << "\n";
+        session.out << views_table(answer.state());
     });
 }
 

@@ -1,5 +1,6 @@
-// Lights and groups as tables.
+// Lights, groups, presets and views of the camera as tables.
 #include <cstdio>
+#include <numbers>
 
 #include "client/cli/output.h"
 #include "client/cli/table.h"
@@ -15,16 +16,22 @@ std::string rounded(double value, const char* format) {
     return text;
 }
 
+// A place, as light list and set take it.
+std::string place_of(const google::protobuf::RepeatedField<double>& position) {
+    std::string place;
+    for (const double x : position) place += (place.empty() ? "" : ",") + rounded(x, "%.3g");
+    return place;
+}
+
 }  // namespace
 
 std::string lights_table(const v1::State& state) {
     std::vector<Cells> rows{{"light", "fixture", "level", "lm", "position, m", "luminaire"}};
     for (const v1::Light& light : state.lights()) {
-        std::string place;
-        for (const double x : light.position()) place += (place.empty() ? "" : ",") + rounded(x, "%.3g");
         rows.push_back({light.name(), light.fixture().empty() ? "-" : light.fixture(),
                         rounded(100 * light.level_ratio(), "%.3g%%"),
-                        light.sun() ? "-" : rounded(light.flux_lm(), "%.0f"), light.sun() ? "sun" : place,
+                        light.sun() ? "-" : rounded(light.flux_lm(), "%.0f"),
+                        light.sun() ? "sun" : place_of(light.position()),
                         (light.product().empty() ? light.profile() : light.product()) +
                             (light.missing() ? " (missing in the show)" : "")});
     }
@@ -38,6 +45,21 @@ std::string groups_table(const v1::State& state) {
         for (const std::string& name : group.lights()) names += (names.empty() ? "" : ", ") + name;
         rows.push_back({group.name(), names});
     }
+    return aligned(rows);
+}
+
+std::string presets_table(const v1::State& state) {
+    std::vector<Cells> rows{{"preset", "recalled last"}};
+    for (const std::string& name : state.presets().names())
+        rows.push_back({name, name == state.presets().recalled() ? "yes" : ""});
+    return aligned(rows);
+}
+
+std::string views_table(const v1::State& state) {
+    std::vector<Cells> rows{{"view", "eye, m", "target, m", "field of view"}};
+    for (const v1::SavedView& view : state.saved_views().views())
+        rows.push_back({view.name(), place_of(view.camera().eye()), place_of(view.camera().target()),
+                        rounded(view.camera().fov_rad() * 180.0 / std::numbers::pi, "%.3g°")});
     return aligned(rows);
 }
 

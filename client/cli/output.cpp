@@ -167,16 +167,6 @@ std::string progress_line(const v1::Progress& progress) {
     return text;
 }
 
-std::string view_line(const v1::SavedView& view) {
-    const auto vector = [](const auto& numbers) {
-        std::string text;
-        for (const double number : numbers) text += " " + print_number(number);
-        return text;
-    };
-    return view.name() + "  eye" + vector(view.camera().eye()) + "  target" + vector(view.camera().target()) +
-           "  fov " + print_number(view.camera().fov_rad() * 180.0 / std::numbers::pi);
-}
-
 std::string cue_table(const v1::State& state) {
     const v1::CuePlayback& playback = state.cue_playback();
     std::string text;

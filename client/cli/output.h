@@ -21,8 +21,6 @@ Result<std::string> json_at(const google::protobuf::Message& message, std::strin
 // Result: how far a reference job is, in one line for a terminal.
 std::string progress_line(const v1::Progress& progress);
 
-// Result: name, eye, target and field of view in degrees, without an end of line.
-std::string view_line(const v1::SavedView& view);
 // Result: a line for each cue, and how it is played.
 std::string cue_table(const v1::State& state);
 
@@ -34,9 +32,11 @@ std::string library_table(const v1::Library& library);
 // Result: a line for each endpoint that is listened at, then one for each sender and universe: who wins, what it sends.
 std::string sources_table(const v1::Sources& sources);
 
-// Result: a line for each light, for each group of lights.
+// Result: a line for each light, for each group of lights, for each preset, for each saved view of the camera.
 std::string lights_table(const v1::State& state);
 std::string groups_table(const v1::State& state);
+std::string presets_table(const v1::State& state);
+std::string views_table(const v1::State& state);
 
 // Result: a line for each show, for each gel.
 std::string shows_table(const v1::Shows& shows);
