@@ -110,7 +110,7 @@ export function slider(prop, options) {
     const track = range(prop, options);
     const field = number(prop, {...options, step: options.fieldStep ?? "any"});
     const node = h("div", {class: "slider"}, h("span", {class: "label"}, options.caption ?? options.label), track.node,
-        h("span", {class: "field"}, field.node, h("span", {class: "unit"}, options.unit ?? "")));
+        h("span", {class: "field"}, field.node, options.unit ? h("span", {class: "unit"}, options.unit) : null));
     return {node, update() { track.update(); field.update(); }};
 }
 

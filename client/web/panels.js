@@ -29,7 +29,12 @@ export function panels(left, stage, drawer) {
             localStorage.setItem(kKey, JSON.stringify({sizes, folded: [...folded]}));
         } catch { /* see above */ }
     };
-    for (const [name, edge] of Object.entries(kEdges)) (name === "drawer" ? drawer : stage).prepend(separator(name, edge, sizes, keep));
+    for (const [name, edge] of Object.entries(kEdges)) {
+        const node = separator(name, edge, sizes, keep);
+        // After the picture, so that the Tab key reaches that first.
+        if (name === "drawer") drawer.prepend(node);
+        else stage.append(node);
+    }
     for (const section of left.querySelectorAll(":scope > section")) foldable(section, folded, keep);
 }
 
