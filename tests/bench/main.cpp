@@ -160,7 +160,7 @@ int main(int argc, char** argv) {
     gonio::bench::StillsOptions stills_options;
     std::string stills_size = "400x400";
     CLI::App* stills = app.add_subcommand("stills", "FLIP of captures to the path tracer's pictures");
-    stills->add_option("--scene", stills_options.scene, "only cornell, atrium");
+    stills->add_option("--scene", stills_options.scene, "only cornell, atrium, corridor, stage");
     stills->add_option("--size", stills_size, "WIDTHxHEIGHT")->capture_default_str()->check(kSize);
     stills->add_option("--samples", stills_options.samples, "of a pixel of the path tracer's, in two halves")
         ->check(CLI::Range(2u, 65536u))
