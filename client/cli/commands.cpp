@@ -190,6 +190,7 @@ int capture(const Session& session, const ReadWords& words) {
         session.print(result);
         return kExitOk;
     }
+    for (const std::string& warning : result.warnings()) session.err << "warning: " << warning << "\n";
     session.out << file << " " << result.width_px() << "x" << result.height_px() << " scene_rev " << result.scene_rev();
     if (result.has_samples()) session.out << " samples " << result.samples();
     if (result.has_noise_ratio())

@@ -123,7 +123,7 @@ export class RenderPanel {
 
     #keep(capture, query) {
         const picture = pictureOf(capture, this.#store.state, query);
-        const {width_px, height_px, samples, noise_ratio, denoised} = capture;
+        const {width_px, height_px, samples, noise_ratio, denoised, warnings = []} = capture;
         const facts = [`${width_px} × ${height_px}`];
         if (samples !== undefined) facts.push(`${samples} samples`, noise_ratio === undefined ? "noise not known: 8 samples are the fewest that tell it" : `noise ${formatNumber(100 * noise_ratio, 2)} %`);
         if (denoised) facts.push("denoised");
@@ -145,6 +145,6 @@ export class RenderPanel {
         }
         this.#strip.prepend(item);
         if (this.#strip.children.length > kMostStills) this.#strip.lastElementChild.querySelector("button:last-child").click();
-        this.#tell(`Rendered ${text}`);
+        this.#tell([`Rendered ${text}`, ...warnings].join(". "), warnings.length > 0);
     }
 }

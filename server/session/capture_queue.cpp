@@ -8,7 +8,7 @@
 
 namespace gonio {
 void CaptureQueue::add(const Work& work, const Scene& scene, const CaptureRequest& request,
-                       const GuardedRenderer& renderer, Replies& replies) {
+                       const GuardedRenderer& renderer, Replies& replies, std::string warning) {
     if (waiting_.size() >= most_) return replies.busy(work, "too many captures are waiting");
     auto job =
         renderer->begin_capture(scene, request.view, request.width_px, request.height_px, request.format == "exr");
@@ -18,7 +18,7 @@ void CaptureQueue::add(const Work& work, const Scene& scene, const CaptureReques
         began_ns_ = monotonic_ns();
         tell_ns_ = began_ns_ + kTellNs;
     }
-    waiting_.push_back({work, request.format, request.legend, std::move(job)});
+    waiting_.push_back({work, request.format, request.legend, std::move(warning), std::move(job)});
 }
 
 void CaptureQueue::add_late(const Work& work, Replies& replies) {
@@ -64,11 +64,12 @@ void CaptureQueue::answer(Replies& replies) {
     ++rendered_;
     // Compressing takes long too: it is the loader's.
     auto job = std::make_shared<CaptureJob>(std::move(*done.job));
-    const bool accepted =
-        loader_.submit([work = done.work, format = done.format, legend = done.legend, job, send = send_] {
+    const bool accepted = loader_.submit(
+        [work = done.work, format = done.format, legend = done.legend, warning = done.warning, job, send = send_] {
             if (legend) draw_legend(*job->picture, job->scene, job->view);
             v1::ServerMessage message = capture_message(*job->picture, job->view, format, job->scene.scene_rev);
             if (message.has_capture()) *message.mutable_capture()->mutable_report() = job->picture->report;
+            if (message.has_capture() && !warning.empty()) message.mutable_capture()->add_warnings(warning);
             message.set_request_id(work.message.request_id());
             send(work.session, std::move(message));
         });

@@ -25,9 +25,9 @@ public:
 
     // Beyond so many: "busy".
     void set_most(std::size_t most) { most_ = most; }
-    // The capture is of the scene as it is now.
+    // The capture is of the scene as it is now. warning: goes with the answer; empty: none.
     void add(const Work& work, const Scene& scene, const CaptureRequest& request, const GuardedRenderer& renderer,
-             Replies& replies);
+             Replies& replies, std::string warning = {});
     // The capture asks for a later revision: take_due() gives it back when that is there. Who waited too long is
     // refused by refuse_overdue().
     void add_late(const Work& work, Replies& replies);
@@ -51,6 +51,7 @@ private:
         Work work;
         std::string format;
         bool legend;
+        std::string warning;
         std::unique_ptr<CaptureJob> job;
     };
     void answer(Replies& replies);

@@ -9,6 +9,8 @@
 
 namespace gonio {
 
+inline const Error kGpuLost{"unavailable", "", "", "the GPU was lost"};  // while there is no renderer
+
 class GuardedRenderer {
 public:
     GuardedRenderer(std::unique_ptr<LiveRenderer> renderer, std::function<bool()> gpu_lost)

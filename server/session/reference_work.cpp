@@ -15,6 +15,7 @@
 #include "server/session/replies.h"
 #include "server/session/traced_capture.h"
 #include "server/session/traced_meters.h"
+#include "server/trace/denoise.h"
 
 namespace gonio {
 // One job while the worker has it.
@@ -25,6 +26,7 @@ struct ReferenceWork::Run {
     Latest<trace::Progress> news;        // from the worker
     trace::Progress reached;             // the render thread's
     std::atomic<bool> answered = false;  // or given up: whoever sets it answers
+    std::uint32_t too_few = 0;           // the worker's, before it ended: samples a pixel; 0: enough
     std::atomic<bool> ended = false;
 };
 
@@ -64,7 +66,13 @@ bool ReferenceWork::cancel(std::uint32_t session, std::uint32_t request_id) {
 }
 
 void ReferenceWork::tick() {
-    if (running_ && running_->ended.load()) running_.reset();
+    if (running_ && running_->ended.load()) {
+        if (running_->too_few > 0 && !running_->answered.exchange(true)) {
+            ++done_;
+            out_.too_few(running_->job, running_->too_few);
+        }
+        running_.reset();
+    }
     if (!running_ && !waiting_.empty()) {
         running_ = std::make_shared<Run>();
         running_->job = std::move(waiting_.front());
@@ -154,6 +162,8 @@ void ReferenceWork::work() {
             CaptureRequest capture = std::get<CaptureRequest>(job.request);
             capture.settings = settings_since(began_ns, capture.settings);
             auto traced = trace_capture(world, job.scene, capture, stop, note);
+            if (traced && capture.denoise && traced->progress.passes < trace::kLeastDenoised)
+                run.too_few = traced->progress.passes;
             if (traced && capture.legend) draw_legend(traced->picture, job.scene, capture.view);
             if (traced) message = capture_message(traced->picture, capture.view, capture.format, job.scene.scene_rev);
             if (message.has_capture()) {
@@ -167,7 +177,7 @@ void ReferenceWork::work() {
                 if (traced->denoised_noise) result.set_denoised_noise_ratio(*traced->denoised_noise);
             }
         }
-        const bool answered = !run.answered.exchange(true);
+        const bool answered = run.too_few == 0 && !run.answered.exchange(true);
         if (answered) ++done_;
         run.ended = true;
         if (answered && job.request_id != 0) {

@@ -32,6 +32,9 @@ public:
         // Answers and progress; the render thread and the worker call.
         std::function<void(std::uint32_t session, v1::ServerMessage)> reply;
         std::function<void()> ended;  // the worker: tick() has something to do
+        // A denoised capture that ended with so few samples a pixel that the live picture looks better, which is to be
+        // the answer. The render thread calls.
+        std::function<void(const ReferenceJob&, std::uint32_t samples)> too_few;
     };
     explicit ReferenceWork(Outputs outputs);
     ~ReferenceWork();  // gives up what runs

@@ -45,7 +45,8 @@ RenderSession::RenderSession(std::unique_ptr<LiveRenderer> renderer, Scene scene
       changes_(scene_.scene_rev),
       captures_(loader, out_.reply),
       followers_(out_.blobs),
-      reference_({out_.reply, [&queue] { queue.wake(Queue<Work>::Wake::soon); }}),
+      reference_({out_.reply, [&queue] { queue.wake(Queue<Work>::Wake::soon); },
+                  [this](const ReferenceJob& job, std::uint32_t samples) { capture_instead(job, samples); }}),
       scene_files_(out_.reply),
       auto_exposure_(
           scene_, loader, [&queue] { queue.wake(Queue<Work>::Wake::soon); }, trace::metered_ev100),
@@ -113,7 +114,6 @@ v1::ShowFile RenderSession::show_now() const {
 
 void RenderSession::take(Work work) {
     using Message = v1::ServerMessage;
-    static const Error lost{"unavailable", "", "", "the GPU was lost"};
     static const Error unknown{"unsupported", "message", "", "this server does not know the message"};
     if (work.closed) return forget_session(work.session);
     if (work.leader) return take_leader(work.leader);
@@ -139,11 +139,11 @@ void RenderSession::take(Work work) {
         case v1::ClientMessage::kFollow:
             return take_follow(work);
         case v1::ClientMessage::kMeter:
-            return renderer_ ? answer_meter(work) : replies_.refuse(work, lost);
+            return renderer_ ? answer_meter(work) : replies_.refuse(work, kGpuLost);
         case v1::ClientMessage::kGrid:
-            return renderer_ ? measure(work, check_grid(scene_, work.message.grid())) : replies_.refuse(work, lost);
+            return renderer_ ? measure(work, check_grid(scene_, work.message.grid())) : replies_.refuse(work, kGpuLost);
         case v1::ClientMessage::kUgr:
-            return renderer_ ? measure(work, check_ugr(scene_, work.message.ugr())) : replies_.refuse(work, lost);
+            return renderer_ ? measure(work, check_ugr(scene_, work.message.ugr())) : replies_.refuse(work, kGpuLost);
         case v1::ClientMessage::kLuxReport:
             return answer_lux_report(work);
         case v1::ClientMessage::kTargets: {
@@ -152,20 +152,20 @@ void RenderSession::take(Work work) {
             return replies_.answer(work, message_of(&Message::mutable_targets, std::move(targets)));
         }
         case v1::ClientMessage::kPick:
-            return renderer_ ? answer_pick(work) : replies_.refuse(work, lost);
+            return renderer_ ? answer_pick(work) : replies_.refuse(work, kGpuLost);
         case v1::ClientMessage::kBeam:
             return answer_beam(work);
         case v1::ClientMessage::kLibrary:
             return answer_library(work);
         case v1::ClientMessage::kCapture:
             return renderer_ || is_scene_format(work.message.capture().format()) ? answer_capture(work)
-                                                                                 : replies_.refuse(work, lost);
+                                                                                 : replies_.refuse(work, kGpuLost);
         case v1::ClientMessage::kCancel:
             return cancel(work);
         case v1::ClientMessage::kIsolux:
             return renderer_ ? answer_isolux(work, scene_, picture_error_.empty() ? rendered_rev_ : 0, renderer_,
                                              loader_, replies_)
-                             : replies_.refuse(work, lost);
+                             : replies_.refuse(work, kGpuLost);
         case v1::ClientMessage::kReport:
             return answer_report(work);
         case v1::ClientMessage::kStats:

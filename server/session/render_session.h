@@ -171,6 +171,8 @@ private:
     void take_show_edit(Work work);
     void tell_show(std::uint32_t by);
     v1::Stats stats();
+    // The live picture, where a denoised one of so few samples a pixel looks worse (ReferenceWork::Outputs::too_few).
+    void capture_instead(const ReferenceJob& job, std::uint32_t samples);
     void submit_reference(const Work& work, std::variant<MeterRequest, CaptureRequest, LuxReportRequest> request);
     void take_leader(const std::shared_ptr<const LeaderNews>& news);
     void take_scene(const LeaderNews& news);

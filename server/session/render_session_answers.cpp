@@ -12,6 +12,7 @@
 #include "server/session/beam.h"
 #include "server/session/profile_summary.h"
 #include "server/session/render_session.h"
+#include "server/trace/denoise.h"
 
 namespace gonio {
 
@@ -62,6 +63,16 @@ void RenderSession::answer_capture(const Work& work) {
     if (work.message.capture().after_rev() > scene_.scene_rev) return captures_.add_late(work, replies_);
     if (request->quality == Quality::reference) return submit_reference(work, std::move(*request));
     captures_.add(work, scene_, *request, renderer_, replies_);
+}
+
+void RenderSession::capture_instead(const ReferenceJob& job, std::uint32_t samples) {
+    Work work{.session = job.session};
+    work.message.set_request_id(job.request_id);
+    if (!renderer_) return replies_.refuse(work, kGpuLost);
+    captures_.add(work, job.scene, std::get<CaptureRequest>(job.request), renderer_, replies_,
+                  "max_seconds ended the reference at " + std::to_string(samples) +
+                      " samples a pixel. Filtered from fewer than " + std::to_string(trace::kLeastDenoised) +
+                      " it looks worse than the live picture, which is here in its place.");
 }
 
 void RenderSession::submit_reference(const Work& work,

@@ -15,8 +15,7 @@
 namespace gonio {
 namespace {
 
-constexpr std::uint32_t kEdgeSamples = 16, kGlassSamples = 64;  // of denoised pictures at least
-constexpr double kRefineSeconds = 0.25;                         // between two reports of progress
+constexpr double kRefineSeconds = 0.25;  // between two reports of progress
 
 trace::Quantity quantity_of(View view) {
     switch (view) {
@@ -129,8 +128,7 @@ std::optional<TracedPart> trace_part(const Part& part, const Scene& scene, const
     asked.quantity = quantity_of(request.view);
     asked.antialias = request.samples_per_pixel > 1;
     asked.planes = request.denoise;
-    // Edges and what is seen through glass have as many levels as there are samples: no filter smooths them.
-    if (request.denoise) settings.min_passes = part.world->geometry->transmissive() ? kGlassSamples : kEdgeSamples;
+    if (request.denoise) settings.min_passes = trace::kLeastDenoised;
     if (!part.lit) {  // it only tells where surfaces are
         settings.bounces = 0;
         settings.max_passes = trace::kLeastPassesOfNoise;

@@ -3,10 +3,14 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <glm/glm.hpp>
 #include <vector>
 
 namespace gonio::trace {
+
+// Samples a pixel: with fewer, a filtered picture looks worse than the live one (FLIP, docs/rendering.md).
+inline constexpr std::uint32_t kLeastDenoised = 64;
 
 // What a picture's pixels show, rows from the top, each a mean over the pixel's samples.
 struct DenoisePlanes {

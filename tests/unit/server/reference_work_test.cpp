@@ -12,6 +12,7 @@
 #include "protocol/schema/session.pb.h"
 #include "server/scene/scene.h"
 #include "server/session/traced_capture.h"
+#include "server/trace/denoise.h"
 #include "tests/scenes/scenes.h"
 
 namespace gonio {
@@ -30,13 +31,16 @@ protected:
     Scene scene = test::floor_scene(10.0, 0.5f, test::isotropic(1000.0), {0, 2, 0});
     Queue<Answer> answers{1000};
     Queue<bool> wakes{1000};
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> too_few;  // requests and samples
     std::optional<ReferenceWork> work;
 
     void SetUp() override {
-        work.emplace(ReferenceWork::Outputs{[this](std::uint32_t session, v1::ServerMessage message) {
-                                                answers.push({session, std::move(message)});
-                                            },
-                                            [this] { wakes.push(true); }});
+        work.emplace(ReferenceWork::Outputs{
+            [this](std::uint32_t session, v1::ServerMessage message) {
+                answers.push({session, std::move(message)});
+            },
+            [this] { wakes.push(true); },
+            [this](const ReferenceJob& job, std::uint32_t samples) { too_few.emplace_back(job.request_id, samples); }});
     }
     ReferenceJob meter(std::uint32_t session, std::uint32_t id) const {
         MeterRequest request;
@@ -175,7 +179,6 @@ TEST_F(ReferenceJobs, EndInTimeWithWhatTheyHave) {
     ReferenceJob job = endless(1, 1);
     auto& capture = std::get<CaptureRequest>(job.request);
     capture.settings.max_seconds = 0.3;
-    capture.denoise = true;
     ASSERT_TRUE(work->submit(std::move(job)));
     ReferenceJob grid = meter(1, 2);
     auto& request = std::get<MeterRequest>(grid.request);
@@ -193,8 +196,6 @@ TEST_F(ReferenceJobs, EndInTimeWithWhatTheyHave) {
     EXPECT_TRUE(result.has_noise_reached());
     EXPECT_FALSE(result.noise_reached());
     EXPECT_GT(result.samples(), 0u);
-    EXPECT_TRUE(result.denoised());
-    EXPECT_NE(result.image().find("gonio:denoised"), std::string::npos);
     const v1::MeterGrid& found = readings->message.meter_grid();
     EXPECT_TRUE(found.has_noise_reached());
     EXPECT_FALSE(found.noise_reached());
@@ -203,6 +204,26 @@ TEST_F(ReferenceJobs, EndInTimeWithWhatTheyHave) {
         EXPECT_GT(reading.samples(), 0u) << "each point has its share of the time";
         EXPECT_FALSE(reading.noise_reached());
     }
+}
+
+TEST_F(ReferenceJobs, LeaveAPictureOfTooFewSamplesToTheLiveRenderer) {
+    const auto submit = [&](std::uint32_t id, std::uint32_t samples) {
+        ReferenceJob job = endless(1, id);
+        auto& capture = std::get<CaptureRequest>(job.request);
+        capture.settings.max_passes = samples;
+        capture.denoise = true;
+        ASSERT_TRUE(work->submit(std::move(job)));
+    };
+    submit(1, trace::kLeastDenoised - 1);
+    submit(2, trace::kLeastDenoised);
+    ASSERT_TRUE(until([&] { return stats().reference_done() == 2; }));
+    ASSERT_EQ(too_few.size(), 1u);
+    EXPECT_EQ(too_few[0], std::pair(1u, trace::kLeastDenoised - 1));
+    const auto picture = next_answer(5s);
+    ASSERT_TRUE(picture);
+    EXPECT_EQ(picture->message.request_id(), 2u) << "the first is answered by the live renderer alone";
+    EXPECT_TRUE(picture->message.capture().denoised());
+    EXPECT_NE(picture->message.capture().image().find("gonio:denoised"), std::string::npos);
 }
 
 // IEC 61966-2-1: linear 0.5 is encoded as 0.735, that is 187.5 of 255; the exposure maps 1.2·2^EV cd/m² to 1.
