@@ -108,7 +108,8 @@ PointLinks links_of(const FrameInputs& inputs, const Transport& fine, const tran
         const transport::Fan& fan =
             links.fans.emplace_back(transport::make_fan(at.start, at.n, at.n, transport::fan_directions(1, k)));
         std::uint16_t* ids = links.ids.data() + k;
-        const unsigned bits = transport::follow(fan, inputs.traced, surfels, *fine.surface->cells, hits, ids);
+        unsigned walked = 0;
+        const unsigned bits = transport::follow(fan, inputs.traced, surfels, *fine.surface->cells, hits, ids, &walked);
         for (int i = 0; i < trace::kPacket; ++i) {
             const bool meets = (bits >> i & 1u) != 0;
             const glm::vec3 end = fan.rays.at(i, meets ? hits.distance[i] : kSky_m);
@@ -118,7 +119,7 @@ PointLinks links_of(const FrameInputs& inputs, const Transport& fine, const tran
                     static_cast<float>(transmittance(absorption, glm::dvec3(at.start), glm::dvec3(end)));
             if (!meets) continue;
             met += 1.0;
-            if (ids[i] != surfels.count) {
+            if ((walked >> i & 1u) == 0) {
                 sends += trace::luminance(glm::dvec3(surfels.albedo[ids[i]]));
             } else {
                 trace::SurfaceHit hit;

@@ -58,9 +58,12 @@ FanDirections fan_directions(std::uint32_t stream, unsigned first);
 // from: where they start.
 Fan make_fan(const glm::vec3& from, const glm::vec3& normal, const glm::vec3& geometric,
              const FanDirections& directions);
-// ids: of the surfels that the rays meet. hits: filled where a ray meets anything (result: bits).
+// ids: of the surfels that the rays meet. hits: filled where a ray meets anything (result: bits). In the cells of a
+// louvre that are finer than surfels lie apart no surfel may be in sight of a hit. Then the ray goes on as light does:
+// absorbed by chance, or in a diffuse direction, for eight steps at most. walked: bits of these rays; null: nobody
+// asks.
 unsigned follow(const Fan& fan, const trace::Geometry& geometry, const Surfels& surfels, const CellMap& cells,
-                trace::HitPacket& hits, std::uint16_t* ids);
+                trace::HitPacket& hits, std::uint16_t* ids, unsigned* walked = nullptr);
 
 // Form factors from surfels to crowded ones, by Surfels::all_crowded. What number n sends comes to surfel to[k] times
 // form_factor[k], for k = first[n] … first[n + 1] − 1. Empty where no surfel is crowded.

@@ -255,7 +255,28 @@ std::vector<Placed> room_with_nested_cupboards() {
     return pieces;
 }
 
-// A space that light reaches through a small opening only. The eye and all meters are in it, so that the mean of the
+// A housing under the ceiling, open below through a louvre: cells of 4 cm, finer than surfels lie apart. A plate keeps
+// the luminaire's direct light from them.
+constexpr double kCell_m = 0.04, kSheet_m = 0.001, kLouvreLow_m = 2.2, kLouvreHigh_m = 2.225;
+std::vector<Placed> room_with_louvre() {
+    constexpr double low_m = 1.2, high_m = 1.8, top_m = 2.4;
+    std::vector<Placed> pieces = box({0, 0, 0}, {3.0, 2.5, 3.0}, kNookRho, true);
+    add_board(pieces, {low_m - kBoard_m, top_m, low_m - kBoard_m},
+              {high_m + kBoard_m, top_m + kBoard_m, high_m + kBoard_m});
+    add_board(pieces, {low_m - kBoard_m, kLouvreLow_m, low_m - kBoard_m}, {low_m, top_m, high_m + kBoard_m});
+    add_board(pieces, {high_m, kLouvreLow_m, low_m - kBoard_m}, {high_m + kBoard_m, top_m, high_m + kBoard_m});
+    add_board(pieces, {low_m, kLouvreLow_m, low_m - kBoard_m}, {high_m, top_m, low_m});
+    add_board(pieces, {low_m, kLouvreLow_m, high_m}, {high_m, top_m, high_m + kBoard_m});
+    add_board(pieces, {1.35, 2.28, 1.35}, {1.65, 2.29, 1.65});
+    for (int i = 1; i < 15; ++i) {
+        const double from_m = low_m + i * kCell_m - 0.5 * kSheet_m, to_m = from_m + kSheet_m;
+        add_board(pieces, {from_m, kLouvreLow_m, low_m}, {to_m, kLouvreHigh_m, high_m});
+        add_board(pieces, {low_m, kLouvreLow_m, from_m}, {high_m, kLouvreHigh_m, to_m});
+    }
+    return pieces;
+}
+
+// A space that light reaches through small openings only. The eye and all meters are in it, so that the mean of the
 // meters is that of the dim space.
 struct Nook {
     const char* name;
@@ -280,10 +301,13 @@ std::vector<Nook> make_nooks() {
                                         {{2.4, 0.001, 2.0}, {0, 1, 0}},
                                         {{0.8, 2.499, 1.0}, {0, -1, 0}},
                                         {{2.999, 1.5, 1.2}, {-1, 0, 0}}};
+    const std::vector<Meter> in_louvre = {
+        {{1.4011, 2.21, 1.5}, {1, 0, 0}}, {{1.5989, 2.205, 1.38}, {-1, 0, 0}}, {{1.5, 2.215, 1.3589}, {0, 0, -1}}};
     return {{"cupboard, luminaire outside", room_with_cupboard(), {2.4, 2.0, 0.5}, {1.4, 1.2, 0.7}, in_cupboard},
             {"behind a keyhole", rooms_with_keyhole(), {1.0, 2.0, 1.5}, {3.0, 1.5, 1.0}, behind_keyhole},
             {"box in a box", room_with_nested_cupboards(), {2.5, 2.0, 0.6}, {1.4, 1.1, 0.95}, in_inner_box},
-            {"cupboard, luminaire inside", room_with_cupboard(), {1.5, 1.3, 0.6}, {2.2, 1.5, 2.2}, in_room}};
+            {"cupboard, luminaire inside", room_with_cupboard(), {1.5, 1.3, 0.6}, {2.2, 1.5, 2.2}, in_room},
+            {"in a louvre", room_with_louvre(), {1.5, 2.34, 1.5}, {1.42, 2.21, 1.5}, in_louvre}};
 }
 
 // About one link in 3,000 passes the keyhole, 300 in all: their noise and that of the meter's own rays, of which a few
