@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <ostream>
@@ -231,7 +232,9 @@ SurveyRow survey(Renderer& renderer, const std::string& name, Scene scene, const
     for (Pick& pick : row.picks) {
         const v1::MeterReading reading =
             renderer.meter(scene, pick.at.position, pick.at.normal, Renderer::MeterQuality::interactive);
-        pick.shown_lx = reading.indirect_lx();
+        // What is no number counts as too bright without end.
+        const double lx = reading.indirect_lx();
+        pick.shown_lx = std::isfinite(lx) ? lx : std::numeric_limits<double>::infinity();
         pick.stated_lx = reading.indirect_error_lx();
     }
     row.bounces = renderer.transport_stats().bounces();
