@@ -210,6 +210,7 @@ TEST_F(ReferenceJobs, LeaveAPictureOfTooFewSamplesToTheLiveRenderer) {
     const auto submit = [&](std::uint32_t id, std::uint32_t samples) {
         ReferenceJob job = endless(1, id);
         auto& capture = std::get<CaptureRequest>(job.request);
+        capture.width_px = capture.height_px = 16;
         capture.settings.max_passes = samples;
         capture.denoise = true;
         ASSERT_TRUE(work->submit(std::move(job)));
