@@ -1,7 +1,7 @@
 // The tool "Cues": GO, STOP and BACK with what is active and next, how far it is, and the list; cues are recorded, changed and
 // taken off in the form below them.
 
-import {h, setText, formatNumber, onPageKey} from "./dom.js";
+import {h, setText, formatNumber, onPageKey, tableHead} from "./dom.js";
 import {pageRole} from "./control.js";
 
 const kTickMs = 100;       // how often the countdown moves on between what the server tells
@@ -45,8 +45,8 @@ export class CuePanel {
             h("span", {}, h("span", {class: "faint"}, "Active "), this.#active), h("span", {}, h("span", {class: "faint"}, "Next "), this.#next),
             this.#progress, this.#left, this.#status, h("span", {class: "grow"}),
             this.#opens = h("button", {type: "button", id: "cue-new", "aria-expanded": "false", title: "Record a cue", onclick: () => this.#edit(null, this.#form.hidden)}, "New cue")),
-        h("div", {class: "scroll", tabindex: "0", "aria-label": "List of cues"}, h("table", {}, h("thead", {}, h("tr", {}, ...["", "Cue", "Label", "Up#", "Down#", "Delay up#",
-            "Delay down#", "Goes on", "Time code", ""].map((text) => h("th", {scope: "col", class: text.endsWith("#") ? "figure" : null}, text.replace("#", ""))))), this.#rows)),
+        h("div", {class: "scroll", tabindex: "0", "aria-label": "List of cues"}, h("table", {},
+            tableHead(["~Active or next", "Cue#", "Label", "Up#", "Down#", "Delay up#", "Delay down#", "Goes on", "Time code", "~Go to, edit"]), this.#rows)),
         this.#makeForm(), this.#makeOptions());
         store.addEventListener("update", () => { if (this.#open) this.#update(); });
         onPageKey((event) => this.#key(event));

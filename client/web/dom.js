@@ -19,6 +19,14 @@ function fill(node, props, children) {
     return node;
 }
 
+// The head of a table, of its columns' texts. One that ends with # heads figures; one that begins with ~ is heard, not seen.
+export function tableHead(texts) {
+    return h("thead", {}, h("tr", {}, ...texts.map((text) => {
+        const words = text.replace(/^~|#$/g, "");
+        return h("th", {scope: "col", class: text.endsWith("#") ? "figure" : null}, text.startsWith("~") ? h("span", {class: "unseen"}, words) : words);
+    })));
+}
+
 // Keys of the page as a whole: while a dialog is open they are the dialog's alone.
 export function onPageKey(listener) {
     document.addEventListener("keydown", (event) => {

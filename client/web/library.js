@@ -1,7 +1,7 @@
 // The library of photometry: a panel of the drawer with a row for each profile that lights can have. Rows are found by
 // text, flux and beam angle; dragged onto a light in the picture or the list, or given to the selected lights by "Use".
 
-import {h, setText, formatNumber, formatLarge} from "./dom.js";
+import {h, setText, formatNumber, formatLarge, tableHead} from "./dom.js";
 import {pageRole} from "./control.js";
 import {setAll} from "./many.js";
 import {beamText} from "./profile.js";
@@ -37,10 +37,9 @@ export class LibraryPanel {
             h("span", {class: "meter-field"}, h("span", {class: "faint"}, "Beam"), bound("min_beam_rad", "Least beam angle", "°"), "–", bound("max_beam_rad", "Greatest beam angle", "°")), again);
         form.addEventListener("input", () => this.#soon());
         form.addEventListener("submit", (event) => { event.preventDefault(); this.#ask(0); });
-        const column = (text) => h("th", {scope: "col", class: text.endsWith("#") ? "figure" : null}, text.replace("#", ""));
         node.append(h("header", {}, h("h2", {}, "Library"), this.#head), form,
-            h("div", {class: "scroll", tabindex: "0"}, h("table", {}, h("thead", {}, h("tr", {},
-                ...["", "", "Profile", "Flux#", "Peak#", "Beam#", "Field#", "Power#", "Opening"].map(column))), this.#rows), this.#more));
+            h("div", {class: "scroll", tabindex: "0"}, h("table", {},
+                tableHead(["~Curve", "~Use", "Profile", "Flux#", "Peak#", "Beam#", "Field#", "Power#", "Opening"]), this.#rows), this.#more));
         connection.addEventListener("ready", () => { if (this.open) this.#ask(0); });
         this.#takeDrops(handles, screen);
     }

@@ -1,6 +1,6 @@
 // A panel of the drawer: a title, a line of news, a table; while it is open the server is asked again and again.
 
-import {h, setText} from "./dom.js";
+import {h, setText, tableHead} from "./dom.js";
 
 export class PolledPanel {
     head = h("p", {class: "faint"});
@@ -9,14 +9,13 @@ export class PolledPanel {
     #timer = 0;
     #open = false;
 
-    // columns: texts of the table's head; a text that ends with # heads figures.
+    // columns: of the table's head, as tableHead() takes them.
     // poll(): asks and shows; rejects where the connection is gone.
     constructor(node, {title, period_ms, columns, poll}) {
         this.#period_ms = period_ms;
         this.#poll = poll;
-        const column = (text) => h("th", {scope: "col", class: text.endsWith("#") ? "figure" : null}, text.replace("#", ""));
         node.append(h("header", {}, h("h2", {}, title), this.head),
-            h("div", {class: "scroll", tabindex: "0"}, h("table", {}, h("thead", {}, h("tr", {}, ...columns.map(column))), this.rows)));
+            h("div", {class: "scroll", tabindex: "0"}, h("table", {}, tableHead(columns), this.rows)));
     }
 
     get open() { return this.#open; }

@@ -114,7 +114,7 @@ export class PatchPanel extends PolledPanel {
 
     constructor(store, connection, node) {
         super(node, {title: "Patch", period_ms: kPollMs,
-            columns: ["", "From", "Universe", "Address", "Target", "Property", "Bits#", "Slots#", "Level now", "Problems", ""],
+            columns: ["~Row", "From", "Universe", "Address", "Target", "Property", "Bits#", "Slots#", "Level now", "Problems", "~Edit, unpatch"],
             poll: async () => {
                 // Changes are told in their order with the answers: the patch is that of the revision known when it comes.
                 const withRev = async (one) => ({...await connection.request(one), rev: store.state?.scene_rev ?? 0});

@@ -1,7 +1,7 @@
 // The show as a file: saved, opened and downloaded from here; what is not saved, and what a restart of the server lost.
 
 import {pageRole} from "./control.js";
-import {h, setText} from "./dom.js";
+import {h, setText, tableHead} from "./dom.js";
 import {plainName, saveFile} from "./capture.js";
 import {bytesOf} from "./connection.js";
 import {askUnsaved} from "./unsaved.js";
@@ -59,8 +59,8 @@ export class Shows {
             h("header", {class: "row"}, h("h2", {}, "Shows"), h("span", {class: "grow"}),
                 h("button", {type: "button", class: "quiet", "aria-label": "Close", onclick: () => this.#dialog.close()}, "×")),
             this.#held, ...mine, this.#problem, this.#hint,
-            h("div", {class: "scroll", tabindex: "0"}, h("table", {}, h("thead", {}, h("tr", {},
-                ...["Show", "Size", "Saved", ""].map((text) => h("th", {scope: "col"}, text)))), this.#rows)),
+            h("div", {class: "scroll", tabindex: "0"}, h("table", {},
+                tableHead(["Show", "Size", "Saved", "~Open, rename, remove"]), this.#rows)),
             h("div", {class: "row"}, ...open,
                 h("button", {type: "button", class: "quiet", id: "show-download", onclick: () => this.#download("")}, "Download the show as it stands"),
                 h("button", {type: "button", class: "quiet", id: "scene-download-glb", title: "Surfaces, lights and camera as glTF, for Blender and other programs", onclick: () => this.#downloadScene("glb")}, "Scene as .glb"),

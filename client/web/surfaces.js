@@ -29,7 +29,7 @@ export class SurfacesPanel extends PolledPanel {
     #learning = false;
 
     constructor(store, connection, node) {
-        super(node, {title: "Fader boxes", period_ms: kPollMs, columns: ["Box", "Control", "Kind", "Value#", "Drives", ""],
+        super(node, {title: "Fader boxes", period_ms: kPollMs, columns: ["Box", "Control", "Kind", "Value#", "Drives", "~Forget"],
             poll: async () => {
                 const {surfaces} = await connection.request({surfaces: {}});
                 if (surfaces && this.open) this.#show(surfaces);
