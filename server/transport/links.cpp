@@ -30,24 +30,38 @@ Fan make_fan(const glm::vec3& from, const glm::vec3& normal, const glm::vec3& ge
 
 namespace {
 
-// Result: the surfel where a walk comes to that begins at the hit, or Surfels::count.
-std::uint16_t walk_on(trace::SurfaceHit hit, std::uint32_t stream, const trace::Geometry& geometry,
-                      const Surfels& surfels, const CellMap& cells) {
+struct End {
+    unsigned instance, triangle;
+    float u, v;
+    bool front;  // of the triangle, is met
+};
+
+End end_of(const trace::RayPacket& rays, const trace::HitPacket& hits, int i) {
+    return {hits.instance[i], hits.triangle[i], hits.u[i], hits.v[i], glm::dot(rays.along(i), hits.normal(i)) < 0.0f};
+}
+
+// Result: the surfel that a diffuse walk from there comes to, or Surfels::count.
+std::uint16_t walk_on(End end, const trace::Geometry& geometry, const Surfels& surfels, const CellMap& cells) {
     constexpr std::uint32_t kMostSteps = 8;
+    const std::uint32_t stream =
+        trace::mix_bits(std::bit_cast<std::uint32_t>(end.u), std::bit_cast<std::uint32_t>(end.v));
+    const auto none = static_cast<std::uint16_t>(surfels.count);
     trace::RayPacket rays;
     trace::HitPacket hits;
+    trace::SurfaceHit hit;
     for (std::uint32_t step = 0; step < kMostSteps; ++step) {
         trace::Sample sample(stream, step);
-        if (sample.next().x >= trace::luminous(hit.albedo)) break;
+        if (!geometry.surface_at(static_cast<int>(end.instance), static_cast<int>(end.triangle), end.u, end.v,
+                                 end.front, hit) ||
+            sample.next().x >= trace::luminous(hit.albedo))
+            return none;
         set_diffuse_step(rays, 0, geometry, hit, sample.next());
-        if (geometry.closest(rays, 1u, hits) == 0) break;
-        const auto instance = static_cast<int>(hits.instance[0]), triangle = static_cast<int>(hits.triangle[0]);
-        const bool front = glm::dot(rays.along(0), hits.normal(0)) < 0.0f;
-        const std::uint16_t id = cells.surfel_at(hits.instance[0], hits.triangle[0], hits.u[0], hits.v[0], front);
-        if (id != surfels.count) return id;
-        if (!geometry.surface_at(instance, triangle, hits.u[0], hits.v[0], front, hit)) break;
+        if (geometry.closest(rays, 1u, hits) == 0) return none;
+        end = end_of(rays, hits, 0);
+        const std::uint16_t id = cells.surfel_at(end.instance, end.triangle, end.u, end.v, end.front);
+        if (id != none) return id;
     }
-    return static_cast<std::uint16_t>(surfels.count);
+    return none;
 }
 
 }  // namespace
@@ -59,16 +73,11 @@ unsigned follow(const Fan& fan, const trace::Geometry& geometry, const Surfels& 
     for (int i = 0; i < trace::kPacket; ++i) {
         ids[i] = static_cast<std::uint16_t>(surfels.count);
         if ((met >> i & 1u) == 0) continue;
-        const bool front = glm::dot(fan.rays.along(i), hits.normal(i)) < 0.0f;
-        ids[i] = cells.surfel_at(hits.instance[i], hits.triangle[i], hits.u[i], hits.v[i], front);
+        const End end = end_of(fan.rays, hits, i);
+        ids[i] = cells.surfel_at(end.instance, end.triangle, end.u, end.v, end.front);
         if (ids[i] != surfels.count) continue;
         if (walked != nullptr) *walked |= 1u << i;
-        trace::SurfaceHit hit;
-        if (geometry.surface_at(static_cast<int>(hits.instance[i]), static_cast<int>(hits.triangle[i]), hits.u[i],
-                                hits.v[i], front, hit))
-            ids[i] = walk_on(
-                hit, trace::mix_bits(std::bit_cast<std::uint32_t>(hits.u[i]), std::bit_cast<std::uint32_t>(hits.v[i])),
-                geometry, surfels, cells);
+        ids[i] = walk_on(end, geometry, surfels, cells);
     }
     return met;
 }
