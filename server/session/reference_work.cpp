@@ -162,8 +162,10 @@ void ReferenceWork::work() {
             CaptureRequest capture = std::get<CaptureRequest>(job.request);
             capture.settings = settings_since(began_ns, capture.settings);
             auto traced = trace_capture(world, job.scene, capture, stop, note);
-            if (traced && capture.denoise && traced->progress.passes < trace::kLeastDenoised)
+            if (traced && capture.denoise && traced->progress.passes < trace::kLeastDenoised) {
                 run.too_few = traced->progress.passes;
+                traced.reset();  // the answer is the live picture
+            }
             if (traced && capture.legend) draw_legend(traced->picture, job.scene, capture.view);
             if (traced) message = capture_message(traced->picture, capture.view, capture.format, job.scene.scene_rev);
             if (message.has_capture()) {
