@@ -176,7 +176,7 @@ int library(const Session& session, const ReadWords& words) {
     message.mutable_library()->set_text(text);
     return ask(session, std::move(message), {Answer::kLibrary}, [&](const Answer& answer) {
         session.out << (session.json ? to_json(answer.library(), true) + "\n" : library_table(answer.library()));
-        for (const std::string& warning : answer.library().warnings()) session.err << "warning: " << warning << "\n";
+        session.warn(answer.library().warnings());
     });
 }
 
@@ -190,7 +190,7 @@ int capture(const Session& session, const ReadWords& words) {
         session.print(result);
         return kExitOk;
     }
-    for (const std::string& warning : result.warnings()) session.err << "warning: " << warning << "\n";
+    session.warn(result.warnings());
     session.out << file << " " << result.width_px() << "x" << result.height_px() << " scene_rev " << result.scene_rev();
     if (result.has_samples()) session.out << " samples " << result.samples();
     if (result.has_noise_ratio())
@@ -219,8 +219,7 @@ int save_scene(const Session& session, const ReadWords& words) {
     const auto answer = session.ask(words.message, {Answer::kCapture});
     if (!answer) return session.fail(answer.error());
     const v1::CaptureResult& made = answer->capture();
-    if (!session.json)
-        for (const std::string& warning : made.warnings()) session.err << "warning: " << warning << "\n";
+    if (!session.json) session.warn(made.warnings());
     return write_made(session, words.names.front(), made.image(), made,
                       " " + std::to_string(made.image().size()) + " bytes");
 }
@@ -238,7 +237,7 @@ int grid_values(const Session& session, const ReadWords& words) {
         const v1::GridValues& values = answer.grid_values();
         if (session.json) return session.print(values);
         session.out << (words.has("--csv") ? grid_csv(values) : grid_text(values));
-        for (const std::string& warning : values.warnings()) session.err << "warning: " << warning << "\n";
+        session.warn(values.warnings());
     });
 }
 
@@ -252,7 +251,7 @@ int observer_list(const Session& session, const ReadWords& words) {
 int ugr(const Session& session, const ReadWords& words) {
     return ask(session, words.message, {Answer::kUgr}, [&](const Answer& answer) {
         session.json ? session.print(answer.ugr()) : void(session.out << ugr_text(answer.ugr()));
-        for (const std::string& warning : answer.ugr().warnings()) session.err << "warning: " << warning << "\n";
+        session.warn(answer.ugr().warnings());
     });
 }
 
@@ -309,7 +308,7 @@ int patch(const Session& session, const ReadWords& words) {
         message.mutable_patch();
         return ask(session, std::move(message), {Answer::kPatch}, [&](const Answer& answer) {
             session.out << (session.json ? to_json(answer.patch(), true) + "\n" : write_patch_toml(answer.patch()));
-            for (const std::string& warning : answer.patch().warnings()) session.err << "warning: " << warning << "\n";
+            session.warn(answer.patch().warnings());
         });
     }
     auto set = read_patch_toml(**text);

@@ -30,6 +30,10 @@ void Session::print(const google::protobuf::Message& message) const {
     out << to_json(message, json) << "\n";
 }
 
+void Session::warn(const google::protobuf::RepeatedPtrField<std::string>& warnings) const {
+    for (const std::string& warning : warnings) err << "warning: " << warning << "\n";
+}
+
 int Session::fail(const Error& error) const {
     if (json) print(refusal(error));
     err << "gonio: " << error.code;

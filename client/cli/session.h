@@ -22,6 +22,8 @@ struct Session {
 
     // JSON: indented for people, one line with --json.
     void print(const google::protobuf::Message& message) const;
+    // Writes the warnings of an answer to `err`, a line each.
+    void warn(const google::protobuf::RepeatedPtrField<std::string>& warnings) const;
     // Result: the exit code; the error goes to stderr, with --json also to `out`, as the Result that a server sends.
     int fail(const Error& error) const;
     // invitation: printed to whoever shall do something now, where this server takes it. Result: the answer, which is
