@@ -16,7 +16,7 @@ std::string rounded(double value, const char* format) {
     return text;
 }
 
-// A place, as light list and set take it.
+// Result: the coordinates in m, joined by commas as --position takes them.
 std::string place_of(const google::protobuf::RepeatedField<double>& position) {
     std::string place;
     for (const double x : position) place += (place.empty() ? "" : ",") + rounded(x, "%.3g");

@@ -19,7 +19,8 @@ function fill(node, props, children) {
     return node;
 }
 
-// The head of a table, of its columns' texts. One that ends with # heads figures; one that begins with ~ is heard, not seen.
+// A table's head, from the titles of its columns. A title that ends with # is for a column of figures, which is aligned to the
+// right. One that begins with ~ is for screen readers alone.
 export function tableHead(texts) {
     return h("thead", {}, h("tr", {}, ...texts.map((text) => {
         const words = text.replace(/^~|#$/g, "");

@@ -232,7 +232,7 @@ SurveyRow survey(Renderer& renderer, const std::string& name, Scene scene, const
     for (Pick& pick : row.picks) {
         const v1::MeterReading reading =
             renderer.meter(scene, pick.at.position, pick.at.normal, Renderer::MeterQuality::interactive);
-        // What is no number counts as too bright without end.
+        // A reading that is NaN or infinite counts as infinitely too bright, so that the scene becomes an outlier.
         const double lx = reading.indirect_lx();
         pick.shown_lx = std::isfinite(lx) ? lx : std::numeric_limits<double>::infinity();
         pick.stated_lx = reading.indirect_error_lx();
